@@ -1,0 +1,296 @@
+"""Assembly: from a rough guess to a closed mechanism, and to other closed ones near it.
+
+Plain dense numbers, a handful of configurations at a time. Everything here works with one
+configuration seen as a set of screws: each coordinate's axis where it stands in space, and each
+closure row as a functional on the relative twist of the two bodies it joins.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from parakin import closure
+from parakin.closure import Row
+from parakin.errors import AssemblyError
+from parakin.graph import Graph, Tree
+from parakin.recursion import Circuits, Turn, slide, step_pose, turn
+from parakin.spatial import FLOATS
+
+FloatArray = NDArray[np.float64]
+
+_NOTHING = 1e-14  # a home value this small is round-off of zero; exact zeros make shorter code
+CLOSED = 1e-12  # of the characteristic length
+_RANK = 1e-8  # singular values below this part of the largest count as zero
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """Every joint and body of a mechanism at one moment, closed or not.
+
+    `q`: all coordinates; `screws` (6, n): direction of motion per coordinate, angular part then
+    velocity at the base's origin, angular parts scaled by nothing; `points` (n, 3): a point on
+    each axis; `ends`: each joint's frames on its two bodies.
+    """
+
+    q: FloatArray
+    screws: FloatArray
+    points: FloatArray
+    circuits: Circuits
+    ends: tuple[closure.Ends, ...]
+
+
+def circuits_at(graph: Graph, tree: Tree, q: Sequence[float] | FloatArray) -> Circuits:
+    """The recursion with plain numbers for the tree's coordinates."""
+    circuits = Circuits(graph, tree)
+    for k, _ in tree.steps:
+        for number in graph.joints[k].coordinates:
+            circuits.turns[number] = as_turn(graph, number, float(q[number]))
+    return circuits
+
+
+def as_turn(graph: Graph, coordinate: int, value: float) -> Turn:
+    return turn(value, FLOATS) if graph.coordinates[coordinate].angle else slide(value)
+
+
+def configure(graph: Graph, tree: Tree, q: FloatArray) -> Configuration:
+    """The configuration given by the tree's coordinates; those of cut joints are read off.
+
+    Angles of cut joints are taken within half a turn of their values in `q`.
+    """
+    circuits = circuits_at(graph, tree, q)
+    q = np.array(q, dtype=float)
+    ends = tuple(closure.ends(circuits, k) for k in range(len(graph.joints)))
+    for k in tree.cuts:
+        reading = closure.read(circuits, k, ends[k], FLOATS)
+        for number, (s, c) in reading.turns.items():
+            angle = math.atan2(s, c)
+            q[number] = angle + 2 * math.pi * round((q[number] - angle) / (2 * math.pi))
+        for number, value in reading.slides.items():
+            q[number] = value
+    screws = np.zeros((6, len(q)))
+    points = np.zeros((len(q), 3))
+    for joint in graph.joints:
+        turns = {k: as_turn(graph, k, float(q[k])) for k in joint.coordinates}
+        _, axes = step_pose(circuits.pose(joint.parent), joint, False, turns)
+        for k, axis in axes.items():
+            points[k] = axis.point
+            if axis.slides:
+                screws[3:, k] = axis.direction
+            else:
+                screws[:3, k] = axis.direction
+                screws[3:, k] = np.cross(axis.point, axis.direction)
+    return Configuration(q, screws, points, circuits, ends)
+
+
+def loop_signs(graph: Graph, tree: Tree) -> dict[int, FloatArray]:
+    """Per cut: how each coordinate's screw enters the relative twist of its two bodies."""
+    circuits = Circuits(graph, tree)
+    onward = np.ones(len(graph.coordinates))
+    for k, reverse in tree.steps:
+        if reverse:
+            onward[list(graph.joints[k].coordinates)] = -1.0
+    signs = {}
+    for cut in tree.cuts:
+        row = np.zeros(len(graph.coordinates))
+        for k, side in closure.loop(circuits, cut).items():
+            row[k] = side * onward[k]
+        signs[cut] = row
+    return signs
+
+
+def functional(graph: Graph, at: Configuration, row: Row) -> FloatArray:
+    """The row as a functional on the relative twist (w, v at the base's origin), once closed."""
+    end = at.ends[row.cut]
+    if row.kind == "align":
+        u, v = np.array(end.F.R)[:, row.a], np.array(end.M.R)[:, row.b]
+        return np.concatenate([np.cross(v, u), np.zeros(3)])
+    p = np.array(end.M.p, dtype=float)
+    if row.kind == "frame":
+        u = np.array(end.F.R)[:, row.a]
+    elif row.kind == "child":
+        u = np.array(end.M.R)[:, row.a]
+    elif row.kind == "base":
+        u = np.eye(3)[row.a]
+    elif row.kind == "pair":
+        screw = at.screws[:, row.a]
+        u = screw[3:] if graph.coordinates[row.a].angle is False else screw[:3]
+    else:
+        u = p - at.points[row.a]
+    return np.concatenate([np.cross(p, u), u])
+
+
+def closure_system(
+    graph: Graph, tree: Tree, at: Configuration, signs: Mapping[int, FloatArray]
+) -> tuple[FloatArray, FloatArray, list[Row]]:
+    """All canonical rows, scaled to one by the characteristic length: gaps, Jacobian, rows."""
+    rows = [r for cut in tree.cuts for r in closure.canonical_rows(graph.joints[cut], cut)]
+    gaps = np.zeros(len(rows))
+    jacobian = np.zeros((len(rows), len(graph.coordinates)))
+    for i, row in enumerate(rows):
+        scale = 1.0 if row.kind == "align" else 1.0 / graph.length
+        gaps[i] = scale * float(closure.value(at.circuits, row, at.ends[row.cut]))
+        jacobian[i] = scale * (functional(graph, at, row) @ at.screws) * signs[row.cut]
+        end = at.ends[row.cut]
+        if row.kind == "frame" and not closure.closes_point(graph.joints[row.cut]):
+            # The direction turns with the parent, and along a slide the gap is not zero.
+            u = np.array(end.F.R)[:, row.a]
+            arm = np.cross(u, np.array(end.d, dtype=float))
+            behind = [k for k in at.circuits.path[end.parent] if signs[row.cut][k]]
+            jacobian[i, behind] -= scale * (arm @ at.screws[:3, behind]) * signs[row.cut][behind]
+    return gaps, jacobian, rows
+
+
+def coordinate_scales(graph: Graph) -> FloatArray:
+    """Coordinates in units of like size: radians, and slides in characteristic lengths."""
+    return np.array([1.0 if c.angle else graph.length for c in graph.coordinates])
+
+
+def close(
+    graph: Graph, tree: Tree, start: FloatArray, held: Sequence[int] = (), steps: int = 200
+) -> tuple[Configuration, float]:
+    """Close the loops from `start`, holding some coordinates: damped Gauss-Newton, least motion.
+
+    Returns the configuration reached and the norm of its scaled gaps, closed or not.
+    """
+    signs = loop_signs(graph, tree)
+    scales = coordinate_scales(graph)
+    free = [
+        n for k, _ in tree.steps for n in graph.joints[k].coordinates if n not in set(held)
+    ]
+    at = configure(graph, tree, start)
+    gaps, jacobian, _ = closure_system(graph, tree, at, signs)
+    best, damping = float(np.linalg.norm(gaps)), 0.0
+    settled = 0
+    for _ in range(steps):
+        J = jacobian[:, free] * scales[free]
+        if damping == 0.0:
+            step = -np.linalg.lstsq(J, gaps, rcond=_RANK)[0]
+        else:
+            step = -np.linalg.solve(J.T @ J + damping * np.eye(len(free)), J.T @ gaps)
+        size = float(np.abs(step).max(initial=0.0))
+        q = at.q.copy()
+        q[free] += step * scales[free] * min(1.0, 0.5 / size if size else 1.0)
+        trial = configure(graph, tree, q)
+        gaps_there, jacobian_there, _ = closure_system(graph, tree, trial, signs)
+        norm = float(np.linalg.norm(gaps_there))
+        if best < CLOSED:  # at round-off already: stop when another step gains nothing
+            settled += 1
+            if norm >= best or settled > 3:
+                break
+        if norm < best:
+            at, gaps, jacobian, best = trial, gaps_there, jacobian_there, norm
+            damping = 0.0 if damping < 1e-9 else damping * 0.2
+        elif size < 1e-14 or damping > 1e6:
+            break
+        else:
+            damping = max(4.0 * damping, 1e-6)
+    return at, best
+
+
+def home_of(graph: Graph, tree: Tree) -> Configuration:
+    """The home configuration: closed at round-off, on the branch nearest the guess.
+
+    Raises AssemblyError naming the joint with the largest gap, in mm and degrees.
+    """
+    start = np.zeros(len(graph.coordinates))
+    for values in (graph.guess, graph.stated, graph.home):
+        for k, value in values.items():
+            start[k] = value
+    in_tree = {n for k, _ in tree.steps for n in graph.joints[k].coordinates}
+    at, norm = close(graph, tree, start, held=[k for k in graph.home if k in in_tree])
+    missed = [
+        (abs(at.q[k] - value), k)
+        for k, value in graph.home.items()
+        if k not in in_tree and abs(at.q[k] - value) > 1e-9
+    ]
+    if missed:
+        miss, k = max(missed)
+        raise AssemblyError(
+            f"{graph.mechanism.name}: home.{graph.coordinates[k].name} = {graph.home[k]:g} cannot "
+            f"be held: its joint closes a loop of joints held at home (off by {miss:.3g})"
+        )
+    if norm > CLOSED:
+        gaps = [(*joint_gap(at, k), graph.joints[k].name) for k in tree.cuts]
+        mm, degrees, name = max(gaps, key=lambda g: g[0] / graph.length / 1e3 + math.radians(g[1]))
+        raise AssemblyError(
+            f"{graph.mechanism.name}: cannot be assembled from its guess; the largest gap left is "
+            f"at joint {name}: {mm:.6g} mm and {degrees:.6g} degrees"
+        )
+    at.q[np.abs(at.q) < _NOTHING] = 0.0
+    for k in tree.cuts:
+        if graph.joints[k].kind in ("revolute", "cylindrical", "prismatic", "fixed"):
+            z = np.array(at.ends[k].F.R)[:, 2] @ np.array(at.ends[k].M.R)[:, 2]
+            if z < 0:
+                raise AssemblyError(
+                    f"{graph.mechanism.name}: joint {graph.joints[k].name} closes with its two "
+                    "axes opposed; turn the axis on one of its bodies round, or mend the guess"
+                )
+    return at
+
+
+def joint_gap(at: Configuration, cut: int) -> tuple[float, float]:
+    """How far a cut joint is from closing: millimetres, degrees."""
+    graph = at.circuits.graph
+    end = at.ends[cut]
+    mm = degrees = 0.0
+    for row in closure.canonical_rows(graph.joints[cut], cut):
+        gap = float(closure.value(at.circuits, row, end))
+        if row.kind == "align":
+            degrees = math.hypot(degrees, math.degrees(math.asin(max(-1.0, min(1.0, gap)))))
+        else:
+            mm = math.hypot(mm, 1e3 * gap)
+    return mm, degrees
+
+
+def freedoms(
+    graph: Graph, tree: Tree, at: Configuration, signs: Mapping[int, FloatArray] | None = None
+) -> tuple[FloatArray, int]:
+    """The motions the closed loops allow, (n, mobility), and the rank of all closure rows.
+
+    The motions give the rate of every coordinate, those of cut joints too, in scaled units.
+    """
+    signs = loop_signs(graph, tree) if signs is None else signs
+    scales = coordinate_scales(graph)
+    _, jacobian, _ = closure_system(graph, tree, at, signs)
+    inside = [n for k, _ in tree.steps for n in graph.joints[k].coordinates]
+    J = jacobian[:, inside] * scales[inside]
+    _, sizes, right = np.linalg.svd(J, full_matrices=True) if J.size else (None, np.zeros(0), None)
+    rank = int((sizes > _RANK * sizes.max(initial=1.0)).sum())
+    kernel = right[rank:].T if right is not None else np.eye(len(inside))
+    motions = np.zeros((len(graph.coordinates), kernel.shape[1]))
+    motions[inside] = kernel * scales[inside][:, None]
+    for cut in tree.cuts:
+        relative = (at.screws * signs[cut]) @ motions
+        own = list(graph.joints[cut].coordinates)
+        if own:
+            motions[own] = np.linalg.lstsq(at.screws[:, own], relative, rcond=None)[0]
+    return motions, rank
+
+
+def neighbours(
+    graph: Graph, tree: Tree, home: Configuration, count: int, size: float = 0.08, seed: int = 1
+) -> list[Configuration]:
+    """Closed configurations a random step away from home, for what holds in general.
+
+    Fewer than `count` where the loops will not close again near home.
+    """
+    rng = np.random.default_rng(seed)
+    found: list[Configuration] = []
+    motions, _ = freedoms(graph, tree, home)
+    if motions.shape[1] == 0:
+        return [home] * count
+    for _ in range(4 * count):
+        if len(found) == count:
+            break
+        mix = rng.normal(size=motions.shape[1])
+        move = motions @ mix
+        move *= size / np.abs(move / coordinate_scales(graph)).max()
+        at, norm = close(graph, tree, home.q + move)
+        if norm < CLOSED:
+            found.append(at)
+    return found

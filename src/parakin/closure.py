@@ -1,0 +1,332 @@
+"""Loop closures: what a joint left out of the tree demands of the two bodies it joins.
+
+A closure is a set of rows, each a scalar that vanishes when the loop is closed. Three kinds do
+for every joint: the gap `d = p_M - p_F` measured along a direction, the gap measured as a
+difference of distances from a joint's centre, and two axes that must stay perpendicular. Rows of
+the first two kinds say the same thing in different directions; which of them are solved is a
+matter of cost (`parakin.ordering`), what is reported is always the canonical set.
+"""
+
+from __future__ import annotations
+
+
+from typing import Literal, NamedTuple
+
+from parakin.graph import GraphJoint
+from parakin.recursion import (
+    Circuits,
+    Pose,
+    pair_velocity,
+    point_acceleration,
+    point_velocity,
+)
+from parakin.spatial import (
+    Functions,
+    Matrix,
+    Scalar,
+    Vector,
+    add,
+    apply,
+    column,
+    compose,
+    cross,
+    dot,
+    minus,
+    mul,
+    plus,
+    sub,
+    times,
+    transpose,
+)
+
+
+class Row(NamedTuple):
+    """One scalar equation of the cut joint `cut`.
+
+    "frame": gap along axis `a` of the joint's frame F; "child": of its frame M; "base": of the
+    base. "pair": along the axis of coordinate `a`. "centre": half the difference of the squared
+    distances of the two points from a point on that axis. "align": axis `a` of F is
+    perpendicular to axis `b` of M.
+    """
+
+    cut: int
+    kind: Literal["frame", "child", "base", "pair", "centre", "align"]
+    a: int
+    b: int = 0
+
+
+_POINT = (("frame", 0, 0), ("frame", 1, 0), ("frame", 2, 0))
+_SLIDE = (("frame", 0, 0), ("frame", 1, 0))
+_AXIS = (("align", 0, 2), ("align", 1, 2))
+_TURNLESS = (("align", 0, 1), ("align", 1, 2), ("align", 2, 0))
+_CANONICAL: dict[str, tuple[tuple[str, int, int], ...]] = {
+    "revolute": _POINT + _AXIS,
+    "prismatic": _SLIDE + _TURNLESS,
+    "cylindrical": _SLIDE + _AXIS,
+    "universal": (*_POINT, ("align", 2, 2)),
+    "spherical": _POINT,
+    "fixed": _POINT + _TURNLESS,
+    "free": (),
+}
+
+
+def canonical_rows(joint: GraphJoint, cut: int) -> list[Row]:
+    """All rows of a cut joint: six less its freedom."""
+    return [Row(cut, kind, a, b) for kind, a, b in _CANONICAL[joint.kind]]  # type: ignore[arg-type]
+
+
+def closes_point(joint: GraphJoint) -> bool:
+    """Whether the joint holds two points together, so that its gap vanishes in all directions."""
+    return _CANONICAL[joint.kind][:3] == _POINT
+
+
+class Ends(NamedTuple):
+    """The cut joint's frames as its two bodies carry them, and the points' gap d = p_M - p_F."""
+
+    parent: int
+    child: int
+    F: Pose
+    M: Pose
+    d: Vector
+
+
+def ends(circuits: Circuits, cut: int) -> Ends:
+    joint = circuits.graph.joints[cut]
+    P, C = circuits.pose(joint.parent), circuits.pose(joint.child)
+    F = Pose(compose(P.R, joint.F.R), plus(P.p, apply(P.R, joint.F.p)))
+    M = Pose(compose(C.R, joint.M.R), plus(C.p, apply(C.R, joint.M.p)))
+    return Ends(joint.parent, joint.child, F, M, minus(M.p, F.p))
+
+
+def loop(circuits: Circuits, cut: int) -> dict[int, float]:
+    """Coordinates on the cut joint's loop: +1 on the child's side, -1 on the parent's."""
+    joint = circuits.graph.joints[cut]
+    ahead, behind = circuits.path[joint.child], circuits.path[joint.parent]
+    signs = {k: 1.0 for k in ahead if k not in behind}
+    return signs | {k: -1.0 for k in behind if k not in ahead}
+
+
+def _axis_of(circuits: Circuits, end: Ends, coordinate: int) -> tuple[Vector, Vector]:
+    side = end.child if coordinate in circuits.path[end.child] else end.parent
+    axis, _ = circuits.axes(side)[coordinate]
+    return axis.direction, axis.point
+
+
+def direction(circuits: Circuits, row: Row, end: Ends) -> Vector:
+    """The direction in which a gap row measures (for "centre": from there to the gap's middle)."""
+    if row.kind == "frame":
+        return column(end.F.R, row.a)
+    if row.kind == "child":
+        return column(end.M.R, row.a)
+    if row.kind == "base":
+        return (float(row.a == 0), float(row.a == 1), float(row.a == 2))
+    along, point = _axis_of(circuits, end, row.a)
+    if row.kind == "pair":
+        return along
+    return minus(times(0.5, plus(end.M.p, end.F.p)), point)
+
+
+def value(circuits: Circuits, row: Row, end: Ends) -> Scalar:
+    """The row's gap: metres, for "centre" square metres, for "align" a cosine."""
+    if row.kind == "align":
+        return dot(column(end.F.R, row.a), column(end.M.R, row.b))
+    if row.kind == "centre":
+        _, point = _axis_of(circuits, end, row.a)
+        ahead, behind = minus(end.M.p, point), minus(end.F.p, point)
+        return mul(0.5, sub(dot(ahead, ahead), dot(behind, behind)))
+    return dot(direction(circuits, row, end), end.d)
+
+
+def derivative(circuits: Circuits, row: Row, end: Ends, coordinate: int, side: float) -> Scalar:
+    """The row's derivative by one coordinate of its loop, on the closed loop."""
+    body = end.child if side > 0 else end.parent
+    axis, sign = circuits.axes(body)[coordinate]
+    if row.kind == "align":
+        w, _ = pair_velocity(axis, sign * side, end.F.p)
+        u, v = column(end.F.R, row.a), column(end.M.R, row.b)
+        return dot(w, cross(v, u))
+    moved = end.M.p if side > 0 else end.F.p
+    if row.kind == "centre":  # exact on open loops too, if the coordinate leaves the centre alone
+        u = minus(moved, _axis_of(circuits, end, row.a)[1])
+    else:
+        u = direction(circuits, row, end)
+    w, v = pair_velocity(axis, sign * side, moved)
+    slope = dot(u, v)
+    if side < 0 and not closes_point(circuits.graph.joints[row.cut]):
+        # F turns with the parent (w is minus its rate here) and the gap along its z is not zero.
+        slope = sub(slope, dot(cross(w, u), end.d))
+    return slope
+
+
+def rate(circuits: Circuits, row: Row, end: Ends) -> Scalar:
+    """The row's time derivative from the bodies' twists, on the closed loop (eq. 10)."""
+    P, C = circuits.twist(end.parent), circuits.twist(end.child)
+    if row.kind == "align":
+        u, v = column(end.F.R, row.a), column(end.M.R, row.b)
+        return dot(minus(C.w, P.w), cross(v, u))
+    u = direction(circuits, row, end)
+    v = gap_velocity(circuits, end)
+    if closes_point(circuits.graph.joints[row.cut]):
+        return dot(u, v)
+    return add(dot(u, v), dot(cross(P.w, u), end.d))
+
+
+def gap_velocity(circuits: Circuits, end: Ends) -> Vector:
+    ahead = point_velocity(circuits.pose(end.child), circuits.twist(end.child), end.M.p)
+    behind = point_velocity(circuits.pose(end.parent), circuits.twist(end.parent), end.F.p)
+    return minus(ahead, behind)
+
+
+def gap_acceleration(circuits: Circuits, end: Ends) -> Vector:
+    C, P = end.child, end.parent
+    return minus(
+        point_acceleration(circuits.pose(C), circuits.twist(C), circuits.accel(C), end.M.p),
+        point_acceleration(circuits.pose(P), circuits.twist(P), circuits.accel(P), end.F.p),
+    )
+
+
+def acceleration(circuits: Circuits, row: Row, end: Ends) -> Scalar:
+    """The row's second time derivative from the bodies' accelerations, on the closed loop."""
+    P, C = circuits.twist(end.parent), circuits.twist(end.child)
+    p, c = circuits.accel(end.parent), circuits.accel(end.child)
+    if row.kind == "align":
+        u, v = column(end.F.R, row.a), column(end.M.R, row.b)
+        turning = plus(cross(cross(C.w, v), u), cross(v, cross(P.w, u)))
+        relative = dot(minus(c.alpha, p.alpha), cross(v, u))
+        return add(relative, dot(minus(C.w, P.w), turning))
+    u = direction(circuits, row, end)
+    along = dot(u, gap_acceleration(circuits, end))
+    if closes_point(circuits.graph.joints[row.cut]):
+        return along
+    swing = cross(P.w, u)
+    swung = plus(cross(p.alpha, u), cross(P.w, swing))
+    coriolis = mul(2.0, dot(swing, gap_velocity(circuits, end)))
+    return add(along, add(dot(swung, end.d), coriolis))
+
+
+class Reading(NamedTuple):
+    """A cut joint's coordinates read off its two bodies: slides, and (sine, cosine) of turns,
+    each pair scaled by the same positive number."""
+
+    slides: dict[int, Scalar]
+    turns: dict[int, tuple[Scalar, Scalar]]
+
+
+def _turning(joint: GraphJoint) -> list[tuple[int, int]]:
+    return [
+        (k, pair.axis)
+        for k, pair in zip(joint.coordinates, joint.pairs, strict=True)
+        if not pair.slides
+    ]
+
+
+def _parity(axes: list[tuple[int, int]]) -> float:
+    return 1.0 if (axes[1][1] - axes[0][1]) % 3 == 1 else -1.0
+
+
+def read(circuits: Circuits, cut: int, end: Ends, functions: Functions) -> Reading:
+    """The coordinates of a joint outside the tree, from the poses of its bodies."""
+    joint = circuits.graph.joints[cut]
+    slides = {
+        k: dot(column(end.F.R, pair.axis), end.d)
+        for k, pair in zip(joint.coordinates, joint.pairs, strict=True)
+        if pair.slides
+    }
+    axes = _turning(joint)
+    if not axes:
+        return Reading(slides, {})
+    R = compose(compose(transpose(end.F.R), end.M.R), transpose(joint.tail))
+    return Reading(slides, _turns(R, axes, functions))
+
+
+def _turns(
+    R: Matrix, axes: list[tuple[int, int]], functions: Functions
+) -> dict[int, tuple[Scalar, Scalar]]:
+    first, i = axes[0]
+    j, k = (i + 1) % 3, (i + 2) % 3
+    if len(axes) == 1:
+        return {first: (R[k][j], R[j][j])}
+    if len(axes) == 2:  # universal: about z, then about x
+        return {first: (R[1][0], R[0][0]), axes[1][0]: (R[2][1], R[2][2])}
+    sign = _parity(axes)
+    j, k = axes[1][1], axes[2][1]
+    middle = functions.sqrt(add(mul(R[i][i], R[i][i]), mul(R[i][j], R[i][j])))
+    return {
+        first: (mul(-sign, R[j][k]), R[k][k]),
+        axes[1][0]: (mul(sign, R[i][k]), middle),
+        axes[2][0]: (mul(-sign, R[i][j]), R[i][i]),
+    }
+
+
+def _directions(joint: GraphJoint, end: Ends, middle: Scalar) -> list[Vector]:
+    axes = _turning(joint)
+    found = [column(end.F.R, axes[0][1])] if axes else []
+    if len(axes) == 2:
+        found.append(column(end.M.R, 2))
+    elif len(axes) == 3:
+        last = column(end.M.R, axes[2][1])
+        across = times(_parity(axes) / middle, cross(last, found[0]))
+        found += [across, last]
+    return found
+
+
+def _resolved(w: Vector, directions: list[Vector]) -> list[Scalar]:
+    """The components of an angular velocity along the axes of one, two or three turns."""
+    parts = [dot(w, e) for e in directions]
+    if len(parts) == 3:
+        lean = dot(directions[0], directions[2])
+        scale = 1.0 / sub(1.0, mul(lean, lean))
+        first, last = parts[0], parts[2]
+        parts[0] = mul(scale, sub(first, mul(lean, last)))
+        parts[2] = mul(scale, sub(last, mul(lean, first)))
+    return parts
+
+
+def read_rates(
+    circuits: Circuits, cut: int, end: Ends, middle: Scalar, *, accelerations: bool
+) -> tuple[dict[int, Scalar], dict[int, Scalar]]:
+    """First and second derivatives of a cut joint's coordinates; `middle` is the cosine of the
+    middle one of three angles."""
+    joint = circuits.graph.joints[cut]
+    P, C = circuits.twist(end.parent), circuits.twist(end.child)
+    directions = _directions(joint, end, middle)
+    turning = [k for k, _ in _turning(joint)]
+    rates = dict(zip(turning, _resolved(minus(C.w, P.w), directions), strict=True))
+    second: dict[int, Scalar] = {}
+    if accelerations and turning:
+        bias = minus(circuits.accel(end.child).alpha, circuits.accel(end.parent).alpha)
+        w = P.w
+        for k, e in zip(turning, directions, strict=True):
+            bias = minus(bias, times(rates[k], cross(w, e)))
+            w = plus(w, times(rates[k], e))
+        second = dict(zip(turning, _resolved(bias, directions), strict=True))
+    for k, pair in zip(joint.coordinates, joint.pairs, strict=True):
+        if pair.slides:
+            u, v = column(end.F.R, pair.axis), gap_velocity(circuits, end)
+            swing = cross(P.w, u)
+            rates[k] = add(dot(u, v), dot(swing, end.d))
+            if accelerations:
+                swung = plus(cross(circuits.accel(end.parent).alpha, u), cross(P.w, swing))
+                along = dot(u, gap_acceleration(circuits, end))
+                coriolis = mul(2.0, dot(swing, v))
+                second[k] = add(along, add(dot(swung, end.d), coriolis))
+    return rates, second
+
+
+def cone(
+    circuits: Circuits, cut: int, end: Ends, functions: Functions, *, derivatives: int
+) -> tuple[Scalar, Scalar, Scalar]:
+    """The angle between a spherical joint's two z axes, and its derivatives (undefined at 0)."""
+    row = Row(cut, "align", 2, 2)
+    z, cosine = cross(column(end.F.R, 2), column(end.M.R, 2)), value(circuits, row, end)
+    sine = functions.sqrt(dot(z, z))
+    angle = functions.atan2(sine, cosine)
+    if derivatives < 1:
+        return angle, 0.0, 0.0
+    first = -rate(circuits, row, end) / sine
+    if derivatives < 2:
+        return angle, first, 0.0
+    second = -(acceleration(circuits, row, end) + cosine * first * first) / sine
+    return angle, first, second
+
+

@@ -1,0 +1,312 @@
+"""One pose, solved: the plan's blocks one after the other, then rates, then accelerations.
+
+This is the function that NumPy runs on arrays and that `parakin.compile` traces into machine
+code, line for line the same. It has no branches on values: a pose that cannot be reached comes
+out as NaN, one close to singular with a small `conditioning`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from parakin import closure
+from parakin.closure import Row
+from parakin.linear import solve
+from parakin.ordering import Block, Plan
+from parakin.recursion import Circuits, Turn, slide, turn
+from parakin.spatial import Functions, Scalar, add, mul, sub
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """What a kernel returns: coordinates by number, or the name of a spherical joint's cone, and
+    how many derivatives of them; then `residual` and `conditioning`."""
+
+    names: tuple[int | str, ...]
+    derivatives: int = 2
+    checks: bool = True
+
+
+def newton_unknowns(plan: Plan) -> list[int]:
+    """Coordinates found by iteration, for which a guess must be given, in the order of input."""
+    return [k for block in plan.blocks if block.form == "newton" for k in block.unknowns]
+
+
+def trace(
+    plan: Plan,
+    driven: Sequence[Scalar],
+    driven_rates: Sequence[Scalar],
+    driven_second: Sequence[Scalar],
+    guess: Sequence[Scalar],
+    functions: Functions,
+    outputs: Outputs,
+    steps: int = 2,
+) -> list[Scalar]:
+    """Solve one pose (or an array of them).
+
+    driven, driven_rates, driven_second: one scalar per driven coordinate. guess: one per
+    coordinate of `newton_unknowns`. Returns positions of all outputs, then velocities, then
+    accelerations, then, with checks, the residual (norm of all closure rows, gaps in
+    characteristic lengths), the conditioning (signed: negative on another branch) and the size of
+    the last Newton step.
+    """
+    circuits = Circuits(plan.graph, plan.tree)
+    angles = _Angles(plan, functions)
+    for k, entry in plan.affine.items():
+        value: Scalar = entry.constant
+        for j, factor in entry.factors:
+            value = add(value, mul(factor, driven[plan.driven.index(j)]))
+        angles.give(circuits, k, value)
+    guesses = dict(zip(newton_unknowns(plan), guess, strict=True))
+    quality: list[Scalar] = []
+    last_steps: list[Scalar] = []
+    for block in plan.blocks:
+        if block.form == "newton":
+            moves, figure = _newton(circuits, block, angles, guesses, steps)
+            last_steps += moves
+            if outputs.derivatives == 0:
+                quality.append(figure)
+        else:
+            _closed_form(circuits, block, angles, quality)
+    results: list[Scalar] = []
+    if outputs.derivatives > 0:
+        for k, entry in plan.affine.items():
+            circuits.rates[k] = _mix(plan, k, driven_rates)
+        circuits.rates.update(dict.fromkeys(_unknowns(plan), 0.0))
+        for block in plan.blocks:
+            quality += _rates(circuits, block, functions)
+    if outputs.derivatives > 1:
+        for k in plan.affine:
+            circuits.second[k] = _mix(plan, k, driven_second)
+        circuits.second.update(dict.fromkeys(_unknowns(plan), 0.0))
+        for block in plan.blocks:
+            _accelerations(circuits, block, functions)
+    columns = [_output(plan, circuits, name, angles, outputs.derivatives) for name in outputs.names]
+    for order in range(outputs.derivatives + 1):
+        results += [column[order] for column in columns]
+    if outputs.checks:
+        results.append(_residual(plan, circuits, functions))
+        worst: Scalar = 1.0
+        for figure in quality:
+            worst = functions.minimum(worst, figure)
+        results.append(worst)
+        total: Scalar = 0.0
+        for step in last_steps:
+            total = add(total, mul(step, step))
+        results.append(functions.sqrt(total) if last_steps else 0.0)
+    return results
+
+
+def _unknowns(plan: Plan) -> list[int]:
+    return [k for block in plan.blocks for k in block.unknowns]
+
+
+def _mix(plan: Plan, k: int, rates: Sequence[Scalar]) -> Scalar:
+    total: Scalar = 0.0
+    for j, factor in plan.affine[k].factors:
+        total = add(total, mul(factor, rates[plan.driven.index(j)]))
+    return total
+
+
+class _Angles:
+    """The values of coordinates, an angle found as cosine and sine being worked out on demand.
+
+    Such an angle comes out within half a turn of its home value.
+    """
+
+    def __init__(self, plan: Plan, functions: Functions) -> None:
+        self.plan = plan
+        self.functions = functions
+        self.values: dict[int, Scalar] = {}
+        self.found: dict[int, tuple[Scalar, Scalar]] = {}
+
+    def give(self, circuits: Circuits, k: int, value: Scalar) -> None:
+        self.values[k] = value
+        circuits.turns[k] = self.turn(k, value)
+
+    def turn(self, k: int, value: Scalar) -> Turn:
+        if self.plan.graph.coordinates[k].angle:
+            return turn(value, self.functions)
+        return slide(value)
+
+    def value(self, k: int) -> Scalar:
+        if k not in self.values:
+            sine, cosine = self.found[k]
+            home = float(self.plan.home[k])
+            c, s = float(np.cos(home)), float(np.sin(home))
+            if home == 0.0:
+                self.values[k] = self.functions.atan2(sine, cosine)
+            else:
+                self.values[k] = home + self.functions.atan2(
+                    sub(mul(sine, c), mul(cosine, s)), add(mul(cosine, c), mul(sine, s))
+                )
+        return self.values[k]
+
+
+def _closed_form(
+    circuits: Circuits, block: Block, angles: _Angles, quality: list[Scalar]
+) -> None:
+    """One unknown, one row: linear or quadratic in a slide, linear in an angle's (cos, sin).
+
+    The sign that tells the two roots apart is that of the row's derivative at home.
+    """
+    (k,), (row,) = block.unknowns, block.rows
+    functions = angles.functions
+    # Coordinates still to come cannot matter (the plan has made sure); zeros make short code.
+    later = {n: Turn(0.0, 1.0, 0.0) for path in circuits.path.values() for n in path}
+    base = circuits.varied({n: t for n, t in later.items() if n not in circuits.turns})
+
+    def row_at(t: Turn) -> Scalar:
+        there = base.varied({k: t})
+        return closure.value(there, row, closure.ends(there, row.cut))
+
+    if block.form in ("linear", "quadratic"):
+        rest = base.varied({k: slide(0.0)})
+        end = closure.ends(rest, row.cut)
+        c = closure.value(rest, row, end)
+        b = closure.derivative(rest, row, end, k, closure.loop(rest, row.cut)[k])
+        if block.form == "linear":
+            angles.give(circuits, k, -c / b)
+            return
+        side = closure.loop(rest, row.cut)[k]
+        reach = sub(mul(b, b), mul(2.0 * side, c))
+        root = functions.sqrt(reach)
+        angles.give(circuits, k, mul(side, sub(mul(block.sign, root), b)))
+        return
+    ahead = row_at(Turn(0.0, 1.0, 0.0))
+    across = row_at(Turn(0.0, 0.0, 1.0))
+    if block.form == "turn":  # a cos + b sin = 0
+        a, b = ahead, across
+        scale = block.sign / functions.sqrt(add(mul(a, a), mul(b, b)))
+        cosine, sine = mul(b, scale), -mul(a, scale)
+    else:  # a cos + b sin + c = 0
+        behind = row_at(Turn(0.0, -1.0, 0.0))
+        a, c = mul(0.5, sub(ahead, behind)), mul(0.5, add(ahead, behind))
+        b = sub(across, c)
+        size = add(mul(a, a), mul(b, b))
+        reach = sub(size, mul(c, c))
+        root = mul(block.sign, functions.sqrt(reach))
+        inverse = 1.0 / size
+        cosine = mul(inverse, sub(mul(b, root), mul(a, c)))
+        sine = -mul(inverse, add(mul(b, c), mul(a, root)))
+        quality.append(functions.sqrt(mul(reach, inverse)))
+    angles.found[k] = (sine, cosine)
+    circuits.turns[k] = Turn(None, cosine, sine)
+
+
+def _newton(
+    circuits: Circuits,
+    block: Block,
+    angles: _Angles,
+    guesses: Mapping[int, Scalar],
+    steps: int,
+) -> tuple[list[Scalar], Scalar]:
+    """A block of several unknowns: a fixed number of Newton steps from the guess.
+
+    Returns the last step and the conditioning met there.
+    """
+    values = {k: guesses[k] for k in block.unknowns}
+    later = {
+        n: Turn(0.0, 1.0, 0.0)
+        for path in circuits.path.values()
+        for n in path
+        if n not in circuits.turns and n not in values
+    }
+    base = circuits.varied(later)
+    moves: list[Scalar] = []
+    figure: Scalar = 1.0
+    for _ in range(steps):
+        there = base.varied({k: angles.turn(k, value) for k, value in values.items()})
+        gaps = [closure.value(there, row, closure.ends(there, row.cut)) for row in block.rows]
+        solved = solve(_jacobian(there, block), [gaps], angles.functions)
+        moves, figure = solved.solutions[0], mul(block.sign, solved.conditioning)
+        values = {k: sub(values[k], move) for k, move in zip(values, moves, strict=True)}
+    for k, value in values.items():
+        angles.give(circuits, k, value)
+    return moves, figure
+
+
+def _jacobian(circuits: Circuits, block: Block) -> list[list[Scalar]]:
+    matrix: list[list[Scalar]] = []
+    for row in block.rows:
+        end, sides = closure.ends(circuits, row.cut), closure.loop(circuits, row.cut)
+        matrix.append(
+            [
+                closure.derivative(circuits, row, end, k, sides[k]) if k in sides else 0.0
+                for k in block.unknowns
+            ]
+        )
+    return matrix
+
+
+def _rates(circuits: Circuits, block: Block, functions: Functions) -> list[Scalar]:
+    """The block's rates, from the matrix conditions of connectivity (eq. 10)."""
+    # With the block's own rates at zero (and those still to come, which its rows do not know).
+    drift = [closure.rate(circuits, row, closure.ends(circuits, row.cut)) for row in block.rows]
+    solved = solve(_jacobian(circuits, block), [drift], functions)
+    circuits.quicken(
+        rates={k: -v for k, v in zip(block.unknowns, solved.solutions[0], strict=True)}
+    )
+    return [mul(block.sign, solved.conditioning)] if block.form == "newton" else []
+
+
+def _accelerations(circuits: Circuits, block: Block, functions: Functions) -> None:
+    """The block's accelerations, from the derivative of the conditions of connectivity."""
+    drift = [
+        closure.acceleration(circuits, row, closure.ends(circuits, row.cut)) for row in block.rows
+    ]
+    solved = solve(_jacobian(circuits, block), [drift], functions)
+    circuits.quicken(
+        second={k: -v for k, v in zip(block.unknowns, solved.solutions[0], strict=True)}
+    )
+
+
+def _output(
+    plan: Plan, circuits: Circuits, name: int | str, angles: _Angles, derivatives: int
+) -> tuple[Scalar, Scalar, Scalar]:
+    graph, functions = plan.graph, angles.functions
+    if isinstance(name, str):
+        cut = graph.cones[name][0]
+        end = closure.ends(circuits, cut)
+        return closure.cone(circuits, cut, end, functions, derivatives=derivatives)
+    if name in circuits.turns:
+        first = circuits.rates[name] if derivatives > 0 else 0.0
+        second = circuits.second[name] if derivatives > 1 else 0.0
+        return angles.value(name), first, second
+    cut = graph.coordinates[name].joint
+    end = closure.ends(circuits, cut)
+    reading = closure.read(circuits, cut, end, functions)
+    angles.values.update(reading.slides)
+    angles.found.update(reading.turns)
+    value = angles.value(name)
+    if derivatives == 0:
+        return value, 0.0, 0.0
+    middle: Scalar = 1.0
+    if len(reading.turns) == 3:
+        middle = list(reading.turns.values())[1][1]
+    rates, second_rates = closure.read_rates(
+        circuits, cut, end, middle, accelerations=derivatives > 1
+    )
+    return value, rates[name], second_rates.get(name, 0.0)
+
+
+def canonical(plan: Plan) -> list[Row]:
+    return [r for k in plan.tree.cuts for r in closure.canonical_rows(plan.graph.joints[k], k)]
+
+
+def _residual(plan: Plan, circuits: Circuits, functions: Functions) -> Scalar:
+    """The norm of all closure rows, redundant ones too, gaps in characteristic lengths."""
+    total: Scalar = 0.0
+    per_length = 1.0 / plan.graph.length
+    for cut in plan.tree.cuts:
+        end = closure.ends(circuits, cut)
+        for row in closure.canonical_rows(plan.graph.joints[cut], cut):
+            gap = closure.value(circuits, row, end)
+            gap = gap if row.kind == "align" else mul(per_length, gap)
+            total = add(total, mul(gap, gap))
+    if isinstance(total, float):
+        return 0.0
+    return functions.sqrt(total)

@@ -1,0 +1,116 @@
+"""Small dense systems solved without a branch on values, on any scalar.
+
+One and two unknowns by division, three by cross products, more by Householder's orthogonal
+triangularisation, which needs no pivots. The determinant, divided by the lengths of the rows,
+lies between -1 and 1 and vanishes where the system is singular: it is the conditioning figure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from parakin.spatial import Functions, Scalar, Vector, add, cross, dot, mul, sub
+
+
+class Solved(NamedTuple):
+    """One solution per right-hand side, and the scaled determinant."""
+
+    solutions: list[list[Scalar]]
+    conditioning: Scalar
+
+
+def solve(
+    matrix: Sequence[Sequence[Scalar]], sides: Sequence[Sequence[Scalar]], functions: Functions
+) -> Solved:
+    """Solve matrix x = side for every side."""
+    n = len(matrix)
+    if n == 1:
+        return Solved([[_ratio(side[0], matrix[0][0])] for side in sides], 1.0)
+    lengths: Scalar = 1.0
+    for row in matrix:
+        square: Scalar = 0.0
+        for entry in row:
+            square = add(square, mul(entry, entry))
+        lengths = mul(lengths, square)
+    if n <= 3:
+        solutions, determinant = _by_minors(matrix, sides)
+    else:
+        solutions, determinant = _by_reflections(matrix, sides, functions)
+    return Solved(solutions, determinant / functions.sqrt(lengths))
+
+
+def _ratio(a: Scalar, b: Scalar) -> Scalar:
+    return 0.0 if isinstance(a, float) and a == 0.0 else a / b
+
+
+def _by_minors(
+    m: Sequence[Sequence[Scalar]], sides: Sequence[Sequence[Scalar]]
+) -> tuple[list[list[Scalar]], Scalar]:
+    if len(m) == 2:
+        determinant = sub(mul(m[0][0], m[1][1]), mul(m[0][1], m[1][0]))
+        scale = 1.0 / determinant
+        return [
+            [
+                mul(scale, sub(mul(s[0], m[1][1]), mul(m[0][1], s[1]))),
+                mul(scale, sub(mul(m[0][0], s[1]), mul(s[0], m[1][0]))),
+            ]
+            for s in sides
+        ], determinant
+    a, b, c = ((row[0], row[1], row[2]) for row in m)
+    cofactors: list[Vector] = [cross(b, c), cross(c, a), cross(a, b)]
+    determinant = dot(a, cofactors[0])
+    scale = 1.0 / determinant
+    solutions = []
+    for s in sides:
+        parts = [
+            add(
+                add(mul(s[0], cofactors[0][k]), mul(s[1], cofactors[1][k])),
+                mul(s[2], cofactors[2][k]),
+            )
+            for k in range(3)
+        ]
+        solutions.append([mul(scale, part) for part in parts])
+    return solutions, determinant
+
+
+def _by_reflections(
+    matrix: Sequence[Sequence[Scalar]], sides: Sequence[Sequence[Scalar]], functions: Functions
+) -> tuple[list[list[Scalar]], Scalar]:
+    n = len(matrix)
+    rows = [[*row, *(side[i] for side in sides)] for i, row in enumerate(matrix)]
+    determinant: Scalar = 1.0
+    diagonal: list[Scalar] = []
+    for k in range(n):
+        if all(isinstance(rows[i][k], float) and rows[i][k] == 0.0 for i in range(k + 1, n)):
+            diagonal.append(rows[k][k])  # nothing below to remove
+            determinant = mul(determinant, rows[k][k])
+            continue
+        square: Scalar = 0.0
+        for i in range(k, n):
+            square = add(square, mul(rows[i][k], rows[i][k]))
+        length = functions.copysign(functions.sqrt(square), rows[k][k])
+        v = [rows[i][k] for i in range(k, n)]
+        v[0] = add(v[0], length)
+        vv: Scalar = 0.0
+        for entry in v:
+            vv = add(vv, mul(entry, entry))
+        for j in range(k + 1, len(rows[0])):
+            product: Scalar = 0.0
+            for i in range(k, n):
+                product = add(product, mul(v[i - k], rows[i][j]))
+            factor = mul(2.0, product) / vv
+            for i in range(k, n):
+                rows[i][j] = sub(rows[i][j], mul(factor, v[i - k]))
+        diagonal.append(-length)
+        determinant = mul(determinant, length)
+    solutions: list[list[Scalar]] = []
+    for s in range(len(sides)):
+        x: list[Scalar] = [0.0] * n
+        for i in reversed(range(n)):
+            value = rows[i][n + s]
+            for j in range(i + 1, n):
+                value = sub(value, mul(rows[i][j], x[j]))
+            x[i] = value / diagonal[i]
+        solutions.append(x)
+    return solutions, determinant

@@ -1,0 +1,217 @@
+"""A mechanism as its author says it: bodies, joints, lengths and what is driven. Data only.
+
+The same types are read from TOML and built in Python. Any length or angle may be a number (SI),
+a quantity ("850 mm") or an expression in the parameters ("d2 + d3 + d4"). Names are checked
+here; numbers are evaluated where the joint graph is made (`parakin.graph`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any, Literal
+
+import pydantic
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StrictFloat, StrictInt
+
+from parakin.errors import InputError, nearest
+from parakin.expressions import Value
+from parakin.validation import input_error
+
+Quantity = StrictInt | StrictFloat | str
+
+
+def _tupled(value: object) -> object:
+    """TOML and JSON know lists; frozen models hold tuples."""
+    return tuple(_tupled(item) for item in value) if isinstance(value, list) else value
+
+
+Triple = Annotated[tuple[Quantity, Quantity, Quantity], BeforeValidator(_tupled)]
+Turns = Annotated[
+    tuple[tuple[Literal["x", "y", "z"], Quantity], ...], BeforeValidator(_tupled)
+]
+Angles = Annotated[
+    tuple[tuple[str, Literal["x", "y", "z"]], ...], BeforeValidator(_tupled)
+]
+Range = Annotated[tuple[Quantity, Quantity], BeforeValidator(_tupled)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_ '-]{0,63}$")]
+Kind = Literal["revolute", "prismatic", "cylindrical", "universal", "spherical", "fixed"]
+
+_STRICT = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class Frame(BaseModel):
+    """Where a joint sits on a body, in the body's own frame; z is the joint's axis.
+
+    Either `axis` (the direction of z, any length; `x` may point the frame's x axis, or it is the
+    body's x axis made perpendicular to z, or its y axis where z lies along x), or `turns`,
+    rotations about the moving axes one after another, or neither: the body's own axes.
+    """
+
+    model_config = _STRICT
+    at: Triple = (0.0, 0.0, 0.0)
+    axis: Triple | None = None
+    x: Triple | None = None
+    turns: Turns = ()
+
+
+class Joint(BaseModel):
+    """A joint between two bodies, from `parent` to `child`; its coordinates count that way.
+
+    A universal joint turns about its parent frame's z, then about its child frame's z, which
+    lies along the parent frame's x when the first angle is zero. A spherical joint's angles turn
+    about x, then y, then z. A cylindrical joint has its angle first, its displacement second.
+    """
+
+    model_config = _STRICT
+    name: Name
+    kind: Kind
+    parent: Name
+    child: Name
+    on_parent: Frame = Frame()
+    on_child: Frame = Frame()
+    actuated: bool = False
+
+
+class Body(BaseModel):
+    """A rigid body and points on it, in its own frame."""
+
+    model_config = _STRICT
+    name: Name
+    points: Mapping[Name, Triple] = {}
+
+
+class Platform(BaseModel):
+    """The body whose pose matters: coordinates x, y, z of a point on it, and three named angles
+    that turn it from the base's axes about its own moving axes, one after another."""
+
+    model_config = _STRICT
+    body: Name = "platform"
+    point: Name | None = None
+    angles: Angles = (("roll", "x"), ("pitch", "y"), ("yaw", "z"))
+
+
+class Mechanism(BaseModel):
+    """Bodies, joints and parameters, frozen.
+
+    `home` holds coordinates fixed at assembly, `stated` are values the source claims for home
+    (the assembly starts from them and the report says how far off they were), `guess` are rough
+    starting values. `from_home` names coordinates that are counted from home.
+    Raises InputError on names that do not exist, duplicates and disconnected bodies.
+    """
+
+    model_config = _STRICT
+    name: Name
+    title: str = ""
+    source: str = ""
+    notes: str = ""
+    parameters: Mapping[Name, Quantity] = {}
+    symbols: Mapping[str, str] = {}
+    base: Name = "base"
+    bodies: tuple[Body, ...]
+    joints: tuple[Joint, ...]
+    platform: Platform | None = None
+    driven: tuple[str, ...] = ()
+    home: Mapping[str, Quantity] = {}
+    stated: Mapping[str, Quantity] = {}
+    guess: Mapping[str, Quantity] = {}
+    limits: Mapping[str, Range] = {}
+    from_home: tuple[str, ...] = ()
+    motions: Mapping[str, Mapping[str, Any]] = {}
+
+    def __init__(self, /, **data: Any) -> None:  # pydantic's own signature
+        try:
+            super().__init__(**data)
+        except pydantic.ValidationError as error:
+            raise input_error(error, str(data.get("name", "mechanism"))) from None
+        _check_names(self)
+
+    def with_parameters(self, values: Mapping[str, Value]) -> Mechanism:
+        """The same mechanism with other values for some of its parameters.
+
+        Raises InputError on a parameter that does not exist.
+        """
+        for name in values:
+            if name not in self.parameters:
+                raise InputError(
+                    f"{self.name}: parameters", repr(name), nearest(name, self.parameters)
+                )
+        return self.model_copy(update={"parameters": {**self.parameters, **values}})
+
+
+def _duplicate(names: Iterable[str]) -> str | None:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            return name
+        seen.add(name)
+    return None
+
+
+def _check_names(mechanism: Mechanism) -> None:
+    bodies = {mechanism.base, *(body.name for body in mechanism.bodies)}
+    twice = _duplicate([mechanism.base, *(body.name for body in mechanism.bodies)])
+    if twice is not None and any(body.name == twice for body in mechanism.bodies):
+        # The base may be declared too, to give it points; any other repetition is a mistake.
+        if twice != mechanism.base or _duplicate(body.name for body in mechanism.bodies):
+            raise InputError(f"{mechanism.name}: bodies", f"two named {twice!r}", "distinct names")
+    twice = _duplicate(joint.name for joint in mechanism.joints)
+    if twice is not None:
+        raise InputError(f"{mechanism.name}: joints", f"two named {twice!r}", "distinct names")
+    if not mechanism.joints:
+        raise InputError(f"{mechanism.name}: joints", "none", "at least one joint")
+    for joint in mechanism.joints:
+        place = f"{mechanism.name}: joints.{joint.name}"
+        for role, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in bodies:
+                raise InputError(f"{place}.{role}", f"unknown body {name!r}", nearest(name, bodies))
+        if joint.parent == joint.child:
+            raise InputError(place, f"{joint.parent!r} joined to itself", "two different bodies")
+    _check_platform(mechanism, bodies)
+    _check_connected(mechanism, bodies)
+
+
+def _check_platform(mechanism: Mechanism, bodies: set[str]) -> None:
+    platform = mechanism.platform
+    if platform is None:
+        return
+    place = f"{mechanism.name}: platform"
+    if platform.body not in bodies:
+        raise InputError(
+            f"{place}.body", f"unknown body {platform.body!r}", nearest(platform.body, bodies)
+        )
+    points = {p for body in mechanism.bodies if body.name == platform.body for p in body.points}
+    if platform.point is not None and platform.point not in points:
+        raise InputError(
+            f"{place}.point", f"unknown point {platform.point!r}", nearest(platform.point, points)
+        )
+    names = [name for name, _ in platform.angles]
+    axes = [axis for _, axis in platform.angles]
+    if len(names) != 3 or len({*names, "x", "y", "z"}) != 6 or sorted(axes) != ["x", "y", "z"]:
+        raise InputError(
+            f"{place}.angles",
+            repr([list(angle) for angle in platform.angles]),
+            "three distinct names (not x, y, z), one about each of the axes x, y and z",
+        )
+    if any(joint.name == "platform" for joint in mechanism.joints):
+        raise InputError(
+            f"{mechanism.name}: joints.platform",
+            "a joint named 'platform'",
+            "another name: 'platform' is the platform's pose",
+        )
+
+
+def _check_connected(mechanism: Mechanism, bodies: set[str]) -> None:
+    reached = {mechanism.base}
+    edges = [(joint.parent, joint.child) for joint in mechanism.joints]
+    growing = True
+    while growing:
+        more = {b for edge in edges for b in edge if reached & set(edge)} - reached
+        reached |= more
+        growing = bool(more)
+    if bodies - reached:
+        loose = ", ".join(sorted(bodies - reached))
+        raise InputError(
+            f"{mechanism.name}: bodies",
+            f"{loose} not connected to {mechanism.base!r}",
+            "joints that connect every body to the base",
+        )

@@ -1,0 +1,437 @@
+"""Ordering: which joints to cut, which rows to solve, and in which order, worked out once.
+
+With some coordinates driven, a closed mechanism falls into small systems solved one after the
+other: crank by crank, leg by leg. To find them, the closure rows may be measured in any
+direction (`closure.Row`): along the axes of the cut joint or of any joint on its loop, or as
+distances from those joints' centres. A distance from the centre of a universal joint, say, knows
+the length of the leg and not its angles, so that a leg falls into three systems of one unknown.
+What depends on what is found in numbers, at closed configurations near home.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
+
+from parakin import closure
+from parakin.assembly import (
+    Configuration,
+    FloatArray,
+    circuits_at,
+    as_turn,
+    configure,
+    coordinate_scales,
+    freedoms,
+    functional,
+    loop_signs,
+    neighbours,
+)
+from parakin.closure import Row
+from parakin.errors import DrivenError
+from parakin.graph import Graph, Tree
+from parakin.recursion import Turn
+
+_ZERO = 1e-9  # a derivative this small, in scaled units, is none
+_SPREAD = 0.7  # how far coordinates are thrown to see what a row does not depend on
+
+
+@dataclass(frozen=True)
+class Affine:
+    """A coordinate that is affine in the driven ones: constant + sum of factor * driven."""
+
+    constant: float
+    factors: tuple[tuple[int, float], ...]
+
+
+Form = Literal["linear", "quadratic", "turn", "turn with constant", "newton"]
+
+
+@dataclass(frozen=True)
+class Block:
+    """Unknowns and as many rows, to be solved together once the blocks before are.
+
+    `form` says how (a single unknown has a closed form); `sign` is that of the determinant at
+    home, which tells this branch from the other.
+    """
+
+    unknowns: tuple[int, ...]
+    rows: tuple[Row, ...]
+    form: Form = "newton"
+    sign: float = 1.0
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How to solve a mechanism for its driven coordinates.
+
+    `home`: all coordinates at home, as their joints count. `blocks` are in order of solution.
+    """
+
+    graph: Graph
+    tree: Tree
+    driven: tuple[int, ...]
+    home: FloatArray
+    affine: Mapping[int, Affine]
+    blocks: tuple[Block, ...]
+
+
+def plan_of(graph: Graph, driven: Sequence[int], home: Configuration) -> Plan:
+    """Choose tree, rows and order for these driven coordinates.
+
+    Raises DrivenError where they do not determine the motion at home.
+    """
+    firm = {graph.coordinates[k].joint for k in driven}
+    tree = graph.tree(first=firm)
+    if not firm <= {k for k, _ in tree.steps}:
+        loose = sorted(graph.joints[k].name for k in firm & set(tree.cuts))
+        raise DrivenError(
+            f"{graph.mechanism.name}: the joints of the driven coordinates form a closed loop "
+            f"({', '.join(loose)}); drive coordinates of other joints"
+        )
+    samples = neighbours(graph, graph.tree(), home, 3)
+    if len(samples) < 3:
+        samples += [home] * (3 - len(samples))
+    check_driven(graph, driven, home, samples)
+    affine = _affine(graph, driven, home, samples)
+    best = _analysed(graph, tree, driven, affine, samples)
+    improved = True
+    while improved and _cost(best[1]) > sum(len(b.unknowns) for b in best[1]):
+        improved = False
+        for other in _exchanges(graph, best[0], firm, best[1]):
+            candidate = _analysed(graph, other, driven, affine, samples)
+            if _cost(candidate[1]) < _cost(best[1]):
+                best, improved = candidate, True
+                break
+    tree, blocks, dependence = best
+    blocks = _refined(graph, tree, blocks, dependence, [*samples, home])
+    here = configure(graph, tree, home.q)
+    blocks = [_signed(graph, tree, block, here) for block in blocks]
+    return Plan(graph, tree, tuple(driven), home.q, affine, tuple(blocks))
+
+
+def check_driven(
+    graph: Graph, driven: Sequence[int], home: Configuration, samples: Sequence[Configuration]
+) -> None:
+    """Raises DrivenError unless the driven coordinates determine all others near home."""
+    name = graph.mechanism.name
+    names = ", ".join(graph.coordinates[k].name for k in driven) or "none"
+    tree = graph.tree()
+    for at in (*samples, home):
+        motions, _ = freedoms(graph, tree, configure(graph, tree, at.q))
+        scaled = motions / coordinate_scales(graph)[:, None]
+        mobility = motions.shape[1]
+        given = scaled[list(driven)]
+        sizes = np.linalg.svd(given, compute_uv=False) if given.size else np.zeros(0)
+        rank = int((sizes > 1e-7).sum())
+        where = "at home" if at is home else "near home"
+        if rank < len(driven):
+            raise DrivenError(
+                f"{name}: the driven coordinates {names} are dependent or locked {where}: "
+                f"{len(driven)} are driven, {rank} can move independently (mobility {mobility})"
+            )
+        if mobility > rank:
+            _, _, right = np.linalg.svd(given) if given.size else (0, 0, np.eye(mobility))
+            idle = np.abs(scaled @ right[rank:].T).max(axis=1)
+            loose = [c.name for c, size in zip(graph.coordinates, idle, strict=True) if size > 1e-6]
+            raise DrivenError(
+                f"{name}: mobility is {mobility} {where}, but {len(driven)} coordinates are driven "
+                f"({names}); not determined: {', '.join(loose)}"
+            )
+
+
+def _affine(
+    graph: Graph, driven: Sequence[int], home: Configuration, samples: Sequence[Configuration]
+) -> dict[int, Affine]:
+    """Coordinates whose rates are the same mix of the driven ones everywhere, as in eq. (5)."""
+    tree = graph.tree()
+    maps = []
+    for at in samples:
+        motions, _ = freedoms(graph, tree, configure(graph, tree, at.q))
+        maps.append(np.linalg.solve(motions[list(driven)].T, motions.T).T)
+    spread = np.ptp(np.array(maps), axis=0).max(axis=1)
+    found = {}
+    for k in range(len(graph.coordinates)):
+        if spread[k] > _ZERO * 1e1 or len({id(s) for s in samples}) < 2:
+            continue
+        mean = np.mean([m[k] for m in maps], axis=0)
+        mean[np.abs(mean) < 1e-10] = 0.0
+        whole = np.round(mean)
+        mean = np.where(np.abs(mean - whole) < 1e-10, whole, mean)
+        constant = float(home.q[k] - mean @ home.q[list(driven)])
+        # What is left of cancelling home values is round-off.
+        constant = 0.0 if abs(constant) < 1e-15 else constant
+        factors = tuple((j, float(f)) for j, f in zip(driven, mean, strict=True) if f)
+        found[k] = Affine(constant, factors)
+    return found
+
+
+def _cost(blocks: Sequence[Block]) -> int:
+    return sum(len(block.unknowns) ** 3 for block in blocks)
+
+
+def _exchanges(
+    graph: Graph, tree: Tree, firm: set[int], blocks: Sequence[Block]
+) -> list[Tree]:
+    """Trees with one joint of a coupled loop cut in place of the one cut now."""
+    kept = [k for k, _ in tree.steps]
+    signs = loop_signs(graph, tree)
+    coupled = {row.cut for block in blocks if len(block.unknowns) > 1 for row in block.rows}
+    trees = []
+    for cut in tree.cuts:
+        if cut not in coupled:
+            continue
+        on_loop = {graph.coordinates[n].joint for n in np.flatnonzero(signs[cut])}
+        for k in sorted(on_loop - firm):
+            trees.append(graph.tree_of([cut if other == k else other for other in kept]))
+    return trees
+
+
+def _candidates(graph: Graph, cut: int, on_loop: Sequence[int]) -> list[Row]:
+    joint = graph.joints[cut]
+    rows = closure.canonical_rows(joint, cut)
+    if closure.closes_point(joint):
+        rows += [Row(cut, "child", axis) for axis in range(3)]
+        rows += [Row(cut, "base", axis) for axis in range(3)]
+        rows += [Row(cut, "pair", k) for k in on_loop]
+        rows += [Row(cut, "centre", k) for k in on_loop if graph.coordinates[k].angle]
+    return rows
+
+
+def _analysed(
+    graph: Graph,
+    tree: Tree,
+    driven: Sequence[int],
+    affine: Mapping[int, Affine],
+    samples: Sequence[Configuration],
+) -> tuple[Tree, list[Block], dict[Row, frozenset[int]]]:
+    """The blocks of one tree: independent rows, sparsest first, matched and sorted.
+
+    Also returned: every row that could be used, and the unknowns it depends on.
+    """
+    signs = loop_signs(graph, tree)
+    scales = coordinate_scales(graph)
+    known = set(driven) | set(affine)
+    unknowns = [
+        n for k, _ in tree.steps for n in graph.joints[k].coordinates if n not in known
+    ]
+    if not unknowns:
+        return tree, [], {}
+    rows: list[Row] = []
+    for cut in tree.cuts:
+        on_loop = [int(n) for n in np.flatnonzero(signs[cut])]
+        rows += _candidates(graph, cut, on_loop)
+    jacobians = np.array(
+        [
+            [(functional(graph, at, row) @ at.screws) * signs[row.cut] * scales for row in rows]
+            for at in samples
+        ]
+    )[:, :, unknowns]
+    pattern = np.abs(jacobians).max(axis=0) > _ZERO * graph.length
+    pattern |= _lasting(graph, tree, rows, unknowns, samples[0], pattern)
+    chosen = _independent(jacobians[0], pattern)
+    if len(chosen) < len(unknowns):
+        raise DrivenError(
+            f"{graph.mechanism.name}: the loops leave {len(unknowns) - len(chosen)} of "
+            f"{len(unknowns)} passive coordinates undetermined"
+        )
+    dependence = {
+        row: frozenset(unknowns[j] for j in np.flatnonzero(pattern[i])) for i, row in enumerate(rows)
+    }
+    return tree, _blocks(rows, unknowns, pattern, chosen), dependence
+
+
+def _lasting(
+    graph: Graph,
+    tree: Tree,
+    rows: Sequence[Row],
+    unknowns: Sequence[int],
+    at: Configuration,
+    pattern: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
+) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    """What rows depend on when their loops are open: blocks are solved while later ones still are.
+
+    Coordinates are thrown about, one at a time and away from closure; a row whose value moves
+    depends on that coordinate, even where its derivative vanishes on the closed loop.
+    """
+    rng = np.random.default_rng(7)
+    q = at.q + _SPREAD * rng.uniform(0.3, 1.0, len(at.q)) * coordinate_scales(graph)
+    base = circuits_at(graph, tree, q)
+    by_cut: dict[int, list[int]] = {}
+    for i, row in enumerate(rows):
+        by_cut.setdefault(row.cut, []).append(i)
+    depends = np.zeros_like(pattern)
+    for cut, numbers in by_cut.items():
+        end = closure.ends(base, cut)
+        before = [float(closure.value(base, rows[i], end)) for i in numbers]
+        loop = closure.loop(base, cut)
+        for j, k in enumerate(unknowns):
+            if k not in loop or all(pattern[i, j] for i in numbers):
+                continue
+            moved = base.varied({k: as_turn(graph, k, float(q[k]) + 0.4)})
+            there = closure.ends(moved, cut)
+            for i, old in zip(numbers, before, strict=True):
+                if not pattern[i, j]:
+                    new = float(closure.value(moved, rows[i], there))
+                    depends[i, j] = abs(new - old) > 1e-12 * graph.length**2
+    return depends
+
+
+def _independent(
+    jacobian: FloatArray, pattern: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+) -> list[int]:
+    """Rows that span all, those with the fewest unknowns first, the largest of equals."""
+    sizes = np.linalg.norm(jacobian, axis=1)
+    usable = sizes > _ZERO
+    scaled = np.where(usable[:, None], jacobian / np.where(usable, sizes, 1.0)[:, None], 0.0)
+    counts = pattern.sum(axis=1)
+    chosen: list[int] = []
+    basis = np.zeros((0, jacobian.shape[1]))
+    for threshold in (0.05, 1e-5):  # well-conditioned choices first
+        for count in sorted(set(counts[usable].tolist())):
+            waiting = [i for i in np.flatnonzero((counts == count) & usable) if i not in chosen]
+            while waiting and len(chosen) < jacobian.shape[1]:
+                left = scaled[waiting] - (scaled[waiting] @ basis.T) @ basis
+                left -= (left @ basis.T) @ basis
+                norms = np.linalg.norm(left, axis=1)
+                top = int(np.argmax(norms > 0.98 * norms.max()))  # the first of near equals
+                if norms[top] < threshold:
+                    break
+                chosen.append(int(waiting[top]))
+                basis = np.vstack([basis, left[top] / norms[top]])
+                del waiting[top]
+    return chosen
+
+
+def _blocks(
+    rows: Sequence[Row],
+    unknowns: Sequence[int],
+    pattern: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
+    chosen: Sequence[int],
+) -> list[Block]:
+    """Match rows with unknowns; strongly connected components, in order of solution."""
+    square = pattern[list(chosen)]
+    match = maximum_bipartite_matching(csr_array(square), perm_type="column")
+    n = len(unknowns)
+    if (match < 0).any():  # structurally singular: leave it whole for the solver to judge
+        return [Block(tuple(unknowns), tuple(rows[i] for i in chosen))]
+    needs = square[:, match]  # row i solves unknown match[i]; needs[i, j]: it needs that of row j
+    _, labels = connected_components(csr_array(needs), directed=True, connection="strong")
+    groups = {int(g): np.flatnonzero(labels == g).tolist() for g in set(labels.tolist())}
+    done: set[int] = set()
+    blocks: list[Block] = []
+    while len(done) < n:
+        for members in list(groups.values()):
+            wanted = set(np.flatnonzero(needs[members].any(axis=0)).tolist()) - set(members)
+            if members[0] not in done and wanted <= done:
+                blocks.append(
+                    Block(
+                        tuple(unknowns[match[i]] for i in members),
+                        tuple(rows[chosen[i]] for i in members),
+                    )
+                )
+                done |= set(members)
+    return blocks
+
+
+def _refined(
+    graph: Graph,
+    tree: Tree,
+    blocks: Sequence[Block],
+    dependence: Mapping[Row, frozenset[int]],
+    samples: Sequence[Configuration],
+) -> list[Block]:
+    """Single unknowns get the row that suits them best, among all that know nothing later.
+
+    Of two cranks in a dyad, the first takes a square root and the second then none. Best is the
+    row furthest from a singularity of its own, then the one that needs least.
+    """
+    at = [configure(graph, tree, sample.q) for sample in samples]
+    singles = {block.unknowns[0] for block in blocks if len(block.unknowns) == 1}
+    waiting = [block for block in blocks if len(block.unknowns) > 1]
+    solved: set[int] = set()
+    ordered: list[Block] = []
+    figures: dict[tuple[Row, int], tuple[float, Form]] = {}
+    while singles or waiting:
+        best: tuple[float, int, int, int, Block] | None = None
+        for i, (row, needs) in enumerate(dependence.items()):
+            missing = needs - solved
+            if len(missing) != 1 or not missing <= singles:
+                continue
+            (k,) = missing
+            if (row, k) not in figures:
+                figures[row, k] = _quality(graph, row, k, at)
+            figure, form = figures[row, k]
+            if figure > 0.0:
+                key = (-round(figure, 2), len(needs), k, i)
+                if best is None or key < best[:4]:
+                    best = (*key, Block((k,), (row,), form))
+        if best is not None:
+            block = best[4]
+            singles -= set(block.unknowns)
+        else:
+            ready = [
+                b
+                for b in waiting
+                if all(dependence[row] <= solved | set(b.unknowns) for row in b.rows)
+            ]
+            if not ready:  # a single unknown without a usable row of its own: iterate on it
+                ready = [b for b in blocks if len(b.unknowns) == 1 and b.unknowns[0] in singles]
+                singles -= set(ready[0].unknowns)
+            else:
+                waiting.remove(ready[0])
+            block = ready[0]
+        ordered.append(block)
+        solved |= set(block.unknowns)
+    return ordered
+
+
+def _quality(
+    graph: Graph, row: Row, k: int, samples: Sequence[Configuration]
+) -> tuple[float, Form]:
+    """How far a row is from being singular in its one unknown, 0 to 1, and its closed form."""
+    worst, constant, lever = 1.0, 0.0, np.inf
+    for at in samples:
+        end = at.ends[row.cut]
+        side = closure.loop(at.circuits, row.cut)[k]
+        slope = float(closure.derivative(at.circuits, row, end, k, side))
+        if not graph.coordinates[k].angle:
+            u = closure.direction(at.circuits, row, end) if row.kind != "align" else (1.0, 0.0, 0.0)
+            size = float(np.linalg.norm(np.array(u, dtype=float)))
+            worst = min(worst, abs(slope) / size if size else 0.0)
+            continue
+        values = []
+        for c, s in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)):
+            there = at.circuits.varied({k: Turn(0.0, c, s)})
+            values.append(float(closure.value(there, row, closure.ends(there, row.cut))))
+        c = (values[0] + values[2]) / 2
+        amplitude = float(np.hypot(values[0] - c, values[1] - c))
+        constant = max(constant, abs(c) / amplitude if amplitude else np.inf)
+        lever = min(lever, amplitude)
+        worst = min(worst, abs(slope) / amplitude if amplitude else 0.0)
+    if not graph.coordinates[k].angle:
+        return worst, "quadratic" if row.kind == "centre" else "linear"
+    if lever < 1e-3 * graph.length:  # hardly any arm to turn on
+        worst *= lever / (1e-3 * graph.length)
+    return worst, "turn" if constant < 1e-12 else "turn with constant"
+
+
+def _signed(graph: Graph, tree: Tree, block: Block, home: Configuration) -> Block:
+    signs = loop_signs(graph, tree)
+    matrix = np.array(
+        [((functional(graph, home, r) @ home.screws) * signs[r.cut])[list(block.unknowns)]
+         for r in block.rows]
+    )
+    scaled = matrix / np.linalg.norm(matrix, axis=1, keepdims=True)
+    determinant = float(np.linalg.det(scaled))
+    if not abs(determinant) > 1e-7:
+        names = ", ".join(graph.coordinates[k].name for k in block.unknowns)
+        raise DrivenError(
+            f"{graph.mechanism.name}: home is singular for these driven coordinates: {names} are "
+            "not determined there"
+        )
+    return replace(block, sign=float(np.sign(determinant)))
