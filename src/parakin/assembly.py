@@ -211,14 +211,14 @@ def home_of(graph: Graph, tree: Tree) -> Configuration:
     if missed:
         miss, k = max(missed)
         raise AssemblyError(
-            f"{graph.mechanism.name}: home.{graph.coordinates[k].name} = {graph.home[k]:g} cannot "
+            f"{graph.mechanism.where}: home.{graph.coordinates[k].name} = {graph.home[k]:g} cannot "
             f"be held: its joint closes a loop of joints held at home (off by {miss:.3g})"
         )
     if norm > CLOSED:
         gaps = [(*joint_gap(at, k), graph.joints[k].name) for k in tree.cuts]
         mm, degrees, name = max(gaps, key=lambda g: g[0] / graph.length / 1e3 + math.radians(g[1]))
         raise AssemblyError(
-            f"{graph.mechanism.name}: cannot be assembled from its guess; the largest gap left is "
+            f"{graph.mechanism.where}: cannot be assembled from its guess; the largest gap left is "
             f"at joint {name}: {mm:.6g} mm and {degrees:.6g} degrees"
         )
     at.q[np.abs(at.q) < _NOTHING] = 0.0
@@ -227,7 +227,7 @@ def home_of(graph: Graph, tree: Tree) -> Configuration:
             z = np.array(at.ends[k].F.R)[:, 2] @ np.array(at.ends[k].M.R)[:, 2]
             if z < 0:
                 raise AssemblyError(
-                    f"{graph.mechanism.name}: joint {graph.joints[k].name} closes with its two "
+                    f"{graph.mechanism.where}: joint {graph.joints[k].name} closes with its two "
                     "axes opposed; turn the axis on one of its bodies round, or mend the guess"
                 )
     return at

@@ -112,6 +112,11 @@ def _axis_of(circuits: Circuits, end: Ends, coordinate: int) -> tuple[Vector, Ve
     return axis.direction, axis.point
 
 
+def arm(circuits: Circuits, row: Row, end: Ends, side: float) -> Vector:
+    """For a "centre" row: from the centre to the point on the child's (+1) or parent's side."""
+    return minus(end.M.p if side > 0 else end.F.p, _axis_of(circuits, end, row.a)[1])
+
+
 def direction(circuits: Circuits, row: Row, end: Ends) -> Vector:
     """The direction in which a gap row measures (for "centre": from there to the gap's middle)."""
     if row.kind == "frame":
@@ -145,12 +150,10 @@ def derivative(circuits: Circuits, row: Row, end: Ends, coordinate: int, side: f
         w, _ = pair_velocity(axis, sign * side, end.F.p)
         u, v = column(end.F.R, row.a), column(end.M.R, row.b)
         return dot(w, cross(v, u))
-    moved = end.M.p if side > 0 else end.F.p
-    if row.kind == "centre":  # exact on open loops too, if the coordinate leaves the centre alone
-        u = minus(moved, _axis_of(circuits, end, row.a)[1])
-    else:
-        u = direction(circuits, row, end)
-    w, v = pair_velocity(axis, sign * side, moved)
+    # The arm to one side is exact on open loops too, if the coordinate leaves the centre alone.
+    centre = row.kind == "centre"
+    u = arm(circuits, row, end, side) if centre else direction(circuits, row, end)
+    w, v = pair_velocity(axis, sign * side, end.M.p if side > 0 else end.F.p)
     slope = dot(u, v)
     if side < 0 and not closes_point(circuits.graph.joints[row.cut]):
         # F turns with the parent (w is minus its rate here) and the gap along its z is not zero.

@@ -136,15 +136,15 @@ class Graph:
         """The platform's free joint."""
         return next((k for k, joint in enumerate(self.joints) if joint.kind == "free"), None)
 
-    def tree(self, first: Collection[int] = (), last: Collection[int] = ()) -> Tree:
-        """The spanning tree that keeps joints `first` if it can and leaves out `last` first.
+    def tree(self, first: Collection[int] = (), second: Collection[int] = ()) -> Tree:
+        """The spanning tree that keeps joints `first` where it can, then joints `second`.
 
         Otherwise it leaves out the joints of most freedom, since they close a loop with the
         fewest rows, and the later of equals: spherical joints before revolute ones.
         """
 
         def order(k: int) -> tuple[int, int, int]:
-            rank = -1 if k in first else (1 if k in last else 0)
+            rank = 0 if k in first else (1 if k in second else 2)
             return (rank, len(self.joints[k].pairs), k)
 
         group = list(range(len(self.bodies)))
@@ -234,7 +234,7 @@ def graph_of(mechanism: Mechanism) -> Graph:
 
     Raises InputError with the place of the first thing that does not evaluate.
     """
-    where = mechanism.name
+    where = mechanism.where
     parameters = Parameters(mechanism.parameters, where)
     values = parameters.all()
     others = [body.name for body in mechanism.bodies if body.name != mechanism.base]
@@ -313,14 +313,14 @@ def _with_values(
     def evaluated(table: str) -> dict[int, float]:
         result: dict[int, float] = {}
         for name, text in getattr(mechanism, table).items():
-            place = f"{mechanism.name}: {table}.{name}"
+            place = f"{mechanism.where}: {table}.{name}"
             k = numbers[checked(name, place, numbers)]
             result[k] = parameters.evaluate(text, ANGLE if named[k][2] else LENGTH, place)
         return result
 
     limits: dict[str, tuple[float, float]] = {}
     for name, pair in mechanism.limits.items():
-        place = f"{mechanism.name}: limits.{name}"
+        place = f"{mechanism.where}: limits.{name}"
         checked(name, place, [*numbers, *cones])
         dimension = ANGLE if name in cones or named[numbers[name]][2] else LENGTH
         low, high = (parameters.evaluate(q, dimension, place) for q in pair)
@@ -328,7 +328,7 @@ def _with_values(
             raise InputError(place, f"[{low:g}, {high:g}]", "a lower limit below the upper one")
         limits[name] = (low, high)
     for name in (*mechanism.driven, *mechanism.from_home):
-        checked(name, f"{mechanism.name}: driven or from_home", numbers)
+        checked(name, f"{mechanism.where}: driven or from_home", numbers)
     free = (-math.inf, math.inf)
     reach = [math.hypot(*place.p) for j in joints for place in (j.F, j.M)]
     return Graph(

@@ -7,27 +7,42 @@ out as NaN, one close to singular with a small `conditioning`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-
-import numpy as np
 
 from parakin import closure
 from parakin.closure import Row
 from parakin.linear import solve
 from parakin.ordering import Block, Plan
-from parakin.recursion import Circuits, Turn, slide, turn
-from parakin.spatial import Functions, Scalar, add, mul, sub
+from parakin.recursion import (
+    Circuits,
+    Turn,
+    point_acceleration,
+    point_velocity,
+    slide,
+    turn,
+)
+from parakin.spatial import Functions, Scalar, Vector, add, apply, dot, mul, plus, sub
+
+
+CHECKS = 4
 
 
 @dataclass(frozen=True)
 class Outputs:
-    """What a kernel returns: coordinates by number, or the name of a spherical joint's cone, and
-    how many derivatives of them; then `residual` and `conditioning`."""
+    """What a kernel returns, a scalar each: positions of `coordinates` (by number, or by name the
+    cone angle of a spherical joint), their velocities and accelerations; with `checks` the
+    residual (norm of all closure rows, gaps in characteristic lengths), the conditioning (signed:
+    negative on another branch), the size of the last Newton step and the smallest cosine of an
+    angle's distance from home; then 24 figures for every point of `points` (body, place on it):
+    p_WB, R_WB row by row, v_WB, w_WB, a_WB, alpha_WB.
+    """
 
-    names: tuple[int | str, ...]
+    coordinates: tuple[int | str, ...]
     derivatives: int = 2
     checks: bool = True
+    points: tuple[tuple[int, Vector], ...] = ()
 
 
 def newton_unknowns(plan: Plan) -> list[int]:
@@ -45,28 +60,28 @@ def trace(
     outputs: Outputs,
     steps: int = 2,
 ) -> list[Scalar]:
-    """Solve one pose (or an array of them).
+    """Solve one pose (or an array of them); see `Outputs` for what is returned.
 
     driven, driven_rates, driven_second: one scalar per driven coordinate. guess: one per
-    coordinate of `newton_unknowns`. Returns positions of all outputs, then velocities, then
-    accelerations, then, with checks, the residual (norm of all closure rows, gaps in
-    characteristic lengths), the conditioning (signed: negative on another branch) and the size of
-    the last Newton step.
+    coordinate of `newton_unknowns`.
     """
     circuits = Circuits(plan.graph, plan.tree)
     angles = _Angles(plan, functions)
     for k, entry in plan.affine.items():
         value: Scalar = entry.constant
         for j, factor in entry.factors:
-            value = add(value, mul(factor, driven[plan.driven.index(j)]))
+            counted = add(driven[plan.driven.index(j)], plan.offset(j))
+            value = add(value, mul(factor, counted))
         angles.give(circuits, k, value)
-    guesses = dict(zip(newton_unknowns(plan), guess, strict=True))
+    guesses = {
+        k: add(value, plan.offset(k)) for k, value in zip(newton_unknowns(plan), guess, strict=True)
+    }
     quality: list[Scalar] = []
-    last_steps: list[Scalar] = []
+    moves: list[Scalar] = []
     for block in plan.blocks:
         if block.form == "newton":
-            moves, figure = _newton(circuits, block, angles, guesses, steps)
-            last_steps += moves
+            last, figure = _newton(circuits, block, angles, guesses, steps)
+            moves += last
             if outputs.derivatives == 0:
                 quality.append(figure)
         else:
@@ -84,20 +99,36 @@ def trace(
         circuits.second.update(dict.fromkeys(_unknowns(plan), 0.0))
         for block in plan.blocks:
             _accelerations(circuits, block, functions)
-    columns = [_output(plan, circuits, name, angles, outputs.derivatives) for name in outputs.names]
+    columns = [
+        _output(plan, circuits, name, angles, outputs.derivatives) for name in outputs.coordinates
+    ]
     for order in range(outputs.derivatives + 1):
         results += [column[order] for column in columns]
     if outputs.checks:
+        step: Scalar = 0.0
+        for move in moves:
+            step = add(step, mul(move, move))
         results.append(_residual(plan, circuits, functions))
-        worst: Scalar = 1.0
-        for figure in quality:
-            worst = functions.minimum(worst, figure)
-        results.append(worst)
-        total: Scalar = 0.0
-        for step in last_steps:
-            total = add(total, mul(step, step))
-        results.append(functions.sqrt(total) if last_steps else 0.0)
+        results.append(_least(quality, functions))
+        results.append(functions.sqrt(step) if moves else 0.0)
+        results.append(_least(angles.nearness, functions))
+    for body, place in outputs.points:
+        results += _motion_of(circuits, body, place)
     return results
+
+
+def _least(figures: Sequence[Scalar], functions: Functions) -> Scalar:
+    least: Scalar = 1.0
+    for figure in figures:
+        least = functions.minimum(least, figure)
+    return least
+
+
+def _motion_of(circuits: Circuits, body: int, place: Vector) -> list[Scalar]:
+    pose, twist, accel = circuits.pose(body), circuits.twist(body), circuits.accel(body)
+    p = plus(pose.p, apply(pose.R, place))
+    v, a = point_velocity(pose, twist, p), point_acceleration(pose, twist, accel, p)
+    return [*p, *pose.R[0], *pose.R[1], *pose.R[2], *v, *twist.w, *a, *accel.alpha]
 
 
 def _unknowns(plan: Plan) -> list[int]:
@@ -122,6 +153,7 @@ class _Angles:
         self.functions = functions
         self.values: dict[int, Scalar] = {}
         self.found: dict[int, tuple[Scalar, Scalar]] = {}
+        self.nearness: list[Scalar] = []
 
     def give(self, circuits: Circuits, k: int, value: Scalar) -> None:
         self.values[k] = value
@@ -136,13 +168,11 @@ class _Angles:
         if k not in self.values:
             sine, cosine = self.found[k]
             home = float(self.plan.home[k])
-            c, s = float(np.cos(home)), float(np.sin(home))
-            if home == 0.0:
-                self.values[k] = self.functions.atan2(sine, cosine)
-            else:
-                self.values[k] = home + self.functions.atan2(
-                    sub(mul(sine, c), mul(cosine, s)), add(mul(cosine, c), mul(sine, s))
-                )
+            c, s = (1.0, 0.0) if home == 0.0 else (math.cos(home), math.sin(home))
+            ahead = add(mul(cosine, c), mul(sine, s))
+            across = sub(mul(sine, c), mul(cosine, s))
+            self.values[k] = add(home, self.functions.atan2(across, ahead))
+            self.nearness.append(ahead)
         return self.values[k]
 
 
@@ -175,12 +205,17 @@ def _closed_form(
         reach = sub(mul(b, b), mul(2.0 * side, c))
         root = functions.sqrt(reach)
         angles.give(circuits, k, mul(side, sub(mul(block.sign, root), b)))
+        if not block.regular:
+            u = closure.arm(rest, row, end, side)
+            aside = sub(dot(u, u), mul(b, b))  # the square of the centre's distance from the slide
+            quality.append(functions.sqrt(reach / add(reach, aside)))
         return
     ahead = row_at(Turn(0.0, 1.0, 0.0))
     across = row_at(Turn(0.0, 0.0, 1.0))
     if block.form == "turn":  # a cos + b sin = 0
         a, b = ahead, across
-        scale = block.sign / functions.sqrt(add(mul(a, a), mul(b, b)))
+        length = functions.sqrt(add(mul(a, a), mul(b, b)))
+        scale = block.sign / length
         cosine, sine = mul(b, scale), -mul(a, scale)
     else:  # a cos + b sin + c = 0
         behind = row_at(Turn(0.0, -1.0, 0.0))
@@ -193,6 +228,9 @@ def _closed_form(
         cosine = mul(inverse, sub(mul(b, root), mul(a, c)))
         sine = -mul(inverse, add(mul(b, c), mul(a, root)))
         quality.append(functions.sqrt(mul(reach, inverse)))
+        length = functions.sqrt(size)
+    if not block.regular:  # an arm that shrinks leaves its angle undetermined
+        quality.append(mul(1.0 / block.lever, length))
     angles.found[k] = (sine, cosine)
     circuits.turns[k] = Turn(None, cosine, sine)
 
@@ -275,13 +313,13 @@ def _output(
     if name in circuits.turns:
         first = circuits.rates[name] if derivatives > 0 else 0.0
         second = circuits.second[name] if derivatives > 1 else 0.0
-        return angles.value(name), first, second
+        return sub(angles.value(name), plan.offset(name)), first, second
     cut = graph.coordinates[name].joint
     end = closure.ends(circuits, cut)
     reading = closure.read(circuits, cut, end, functions)
     angles.values.update(reading.slides)
     angles.found.update(reading.turns)
-    value = angles.value(name)
+    value = sub(angles.value(name), plan.offset(name))
     if derivatives == 0:
         return value, 0.0, 0.0
     middle: Scalar = 1.0

@@ -11,11 +11,11 @@ from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal
 
 import pydantic
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StrictFloat, StrictInt
+from pydantic import BeforeValidator, Field, StrictFloat, StrictInt
 
 from parakin.errors import InputError, nearest
 from parakin.expressions import Value
-from parakin.validation import input_error
+from parakin.validation import Table, input_error
 
 Quantity = StrictInt | StrictFloat | str
 
@@ -36,10 +36,8 @@ Range = Annotated[tuple[Quantity, Quantity], BeforeValidator(_tupled)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_ '-]{0,63}$")]
 Kind = Literal["revolute", "prismatic", "cylindrical", "universal", "spherical", "fixed"]
 
-_STRICT = ConfigDict(frozen=True, extra="forbid", strict=True)
 
-
-class Frame(BaseModel):
+class Frame(Table):
     """Where a joint sits on a body, in the body's own frame; z is the joint's axis.
 
     Either `axis` (the direction of z, any length; `x` may point the frame's x axis, or it is the
@@ -47,14 +45,13 @@ class Frame(BaseModel):
     rotations about the moving axes one after another, or neither: the body's own axes.
     """
 
-    model_config = _STRICT
     at: Triple = (0.0, 0.0, 0.0)
     axis: Triple | None = None
     x: Triple | None = None
     turns: Turns = ()
 
 
-class Joint(BaseModel):
+class Joint(Table):
     """A joint between two bodies, from `parent` to `child`; its coordinates count that way.
 
     A universal joint turns about its parent frame's z, then about its child frame's z, which
@@ -62,7 +59,6 @@ class Joint(BaseModel):
     about x, then y, then z. A cylindrical joint has its angle first, its displacement second.
     """
 
-    model_config = _STRICT
     name: Name
     kind: Kind
     parent: Name
@@ -72,34 +68,32 @@ class Joint(BaseModel):
     actuated: bool = False
 
 
-class Body(BaseModel):
+class Body(Table):
     """A rigid body and points on it, in its own frame."""
 
-    model_config = _STRICT
     name: Name
     points: Mapping[Name, Triple] = {}
 
 
-class Platform(BaseModel):
+class Platform(Table):
     """The body whose pose matters: coordinates x, y, z of a point on it, and three named angles
     that turn it from the base's axes about its own moving axes, one after another."""
 
-    model_config = _STRICT
     body: Name = "platform"
     point: Name | None = None
     angles: Angles = (("roll", "x"), ("pitch", "y"), ("yaw", "z"))
 
 
-class Mechanism(BaseModel):
+class Mechanism(Table):
     """Bodies, joints and parameters, frozen.
 
     `home` holds coordinates fixed at assembly, `stated` are values the source claims for home
     (the assembly starts from them and the report says how far off they were), `guess` are rough
-    starting values. `from_home` names coordinates that are counted from home.
+    starting values. `from_home` names coordinates that are counted from home. `origin` is the
+    file it was read from, for messages.
     Raises InputError on names that do not exist, duplicates and disconnected bodies.
     """
 
-    model_config = _STRICT
     name: Name
     title: str = ""
     source: str = ""
@@ -117,13 +111,20 @@ class Mechanism(BaseModel):
     limits: Mapping[str, Range] = {}
     from_home: tuple[str, ...] = ()
     motions: Mapping[str, Mapping[str, Any]] = {}
+    origin: str = ""
 
     def __init__(self, /, **data: Any) -> None:  # pydantic's own signature
         try:
             super().__init__(**data)
         except pydantic.ValidationError as error:
-            raise input_error(error, str(data.get("name", "mechanism"))) from None
+            where = data.get("origin") or data.get("name", "mechanism")
+            raise input_error(error, str(where), data) from None
         _check_names(self)
+
+    @property
+    def where(self) -> str:
+        """How messages call it: its file, or its name."""
+        return self.origin or self.name
 
     def with_parameters(self, values: Mapping[str, Value]) -> Mechanism:
         """The same mechanism with other values for some of its parameters.
@@ -133,7 +134,7 @@ class Mechanism(BaseModel):
         for name in values:
             if name not in self.parameters:
                 raise InputError(
-                    f"{self.name}: parameters", repr(name), nearest(name, self.parameters)
+                    f"{self.where}: parameters", repr(name), nearest(name, self.parameters)
                 )
         return self.model_copy(update={"parameters": {**self.parameters, **values}})
 
@@ -153,14 +154,14 @@ def _check_names(mechanism: Mechanism) -> None:
     if twice is not None and any(body.name == twice for body in mechanism.bodies):
         # The base may be declared too, to give it points; any other repetition is a mistake.
         if twice != mechanism.base or _duplicate(body.name for body in mechanism.bodies):
-            raise InputError(f"{mechanism.name}: bodies", f"two named {twice!r}", "distinct names")
+            raise InputError(f"{mechanism.where}: bodies", f"two named {twice!r}", "distinct names")
     twice = _duplicate(joint.name for joint in mechanism.joints)
     if twice is not None:
-        raise InputError(f"{mechanism.name}: joints", f"two named {twice!r}", "distinct names")
+        raise InputError(f"{mechanism.where}: joints", f"two named {twice!r}", "distinct names")
     if not mechanism.joints:
-        raise InputError(f"{mechanism.name}: joints", "none", "at least one joint")
+        raise InputError(f"{mechanism.where}: joints", "none", "at least one joint")
     for joint in mechanism.joints:
-        place = f"{mechanism.name}: joints.{joint.name}"
+        place = f"{mechanism.where}: joints.{joint.name}"
         for role, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in bodies:
                 raise InputError(f"{place}.{role}", f"unknown body {name!r}", nearest(name, bodies))
@@ -174,7 +175,7 @@ def _check_platform(mechanism: Mechanism, bodies: set[str]) -> None:
     platform = mechanism.platform
     if platform is None:
         return
-    place = f"{mechanism.name}: platform"
+    place = f"{mechanism.where}: platform"
     if platform.body not in bodies:
         raise InputError(
             f"{place}.body", f"unknown body {platform.body!r}", nearest(platform.body, bodies)
@@ -194,7 +195,7 @@ def _check_platform(mechanism: Mechanism, bodies: set[str]) -> None:
         )
     if any(joint.name == "platform" for joint in mechanism.joints):
         raise InputError(
-            f"{mechanism.name}: joints.platform",
+            f"{mechanism.where}: joints.platform",
             "a joint named 'platform'",
             "another name: 'platform' is the platform's pose",
         )
@@ -211,7 +212,7 @@ def _check_connected(mechanism: Mechanism, bodies: set[str]) -> None:
     if bodies - reached:
         loose = ", ".join(sorted(bodies - reached))
         raise InputError(
-            f"{mechanism.name}: bodies",
+            f"{mechanism.where}: bodies",
             f"{loose} not connected to {mechanism.base!r}",
             "joints that connect every body to the base",
         )

@@ -56,13 +56,16 @@ class Block:
     """Unknowns and as many rows, to be solved together once the blocks before are.
 
     `form` says how (a single unknown has a closed form); `sign` is that of the determinant at
-    home, which tells this branch from the other.
+    home, which tells this branch from the other. A `regular` block is never singular of itself;
+    `lever` is the arm an angle turns on at home [m, or as its row counts].
     """
 
     unknowns: tuple[int, ...]
     rows: tuple[Row, ...]
     form: Form = "newton"
     sign: float = 1.0
+    regular: bool = False
+    lever: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,10 @@ class Plan:
     affine: Mapping[int, Affine]
     blocks: tuple[Block, ...]
 
+    def offset(self, coordinate: int) -> float:
+        """What a coordinate counted from home has at home, as its joint counts; else 0."""
+        return float(self.home[coordinate]) if coordinate in self.graph.from_home else 0.0
+
 
 def plan_of(graph: Graph, driven: Sequence[int], home: Configuration) -> Plan:
     """Choose tree, rows and order for these driven coordinates.
@@ -90,7 +97,7 @@ def plan_of(graph: Graph, driven: Sequence[int], home: Configuration) -> Plan:
     if not firm <= {k for k, _ in tree.steps}:
         loose = sorted(graph.joints[k].name for k in firm & set(tree.cuts))
         raise DrivenError(
-            f"{graph.mechanism.name}: the joints of the driven coordinates form a closed loop "
+            f"{graph.mechanism.where}: the joints of the driven coordinates form a closed loop "
             f"({', '.join(loose)}); drive coordinates of other joints"
         )
     samples = neighbours(graph, graph.tree(), home, 3)
@@ -118,7 +125,7 @@ def check_driven(
     graph: Graph, driven: Sequence[int], home: Configuration, samples: Sequence[Configuration]
 ) -> None:
     """Raises DrivenError unless the driven coordinates determine all others near home."""
-    name = graph.mechanism.name
+    name = graph.mechanism.where
     names = ", ".join(graph.coordinates[k].name for k in driven) or "none"
     tree = graph.tree()
     for at in (*samples, home):
@@ -236,7 +243,7 @@ def _analysed(
     chosen = _independent(jacobians[0], pattern)
     if len(chosen) < len(unknowns):
         raise DrivenError(
-            f"{graph.mechanism.name}: the loops leave {len(unknowns) - len(chosen)} of "
+            f"{graph.mechanism.where}: the loops leave {len(unknowns) - len(chosen)} of "
             f"{len(unknowns)} passive coordinates undetermined"
         )
     dependence = {
@@ -355,7 +362,7 @@ def _refined(
     waiting = [block for block in blocks if len(block.unknowns) > 1]
     solved: set[int] = set()
     ordered: list[Block] = []
-    figures: dict[tuple[Row, int], tuple[float, Form]] = {}
+    figures: dict[tuple[Row, int], tuple[float, Block]] = {}
     while singles or waiting:
         best: tuple[float, int, int, int, Block] | None = None
         for i, (row, needs) in enumerate(dependence.items()):
@@ -365,11 +372,11 @@ def _refined(
             (k,) = missing
             if (row, k) not in figures:
                 figures[row, k] = _quality(graph, row, k, at)
-            figure, form = figures[row, k]
+            figure, block = figures[row, k]
             if figure > 0.0:
                 key = (-round(figure, 2), len(needs), k, i)
                 if best is None or key < best[:4]:
-                    best = (*key, Block((k,), (row,), form))
+                    best = (*key, block)
         if best is not None:
             block = best[4]
             singles -= set(block.unknowns)
@@ -392,32 +399,41 @@ def _refined(
 
 def _quality(
     graph: Graph, row: Row, k: int, samples: Sequence[Configuration]
-) -> tuple[float, Form]:
-    """How far a row is from being singular in its one unknown, 0 to 1, and its closed form."""
-    worst, constant, lever = 1.0, 0.0, np.inf
-    for at in samples:
-        end = at.ends[row.cut]
-        side = closure.loop(at.circuits, row.cut)[k]
-        slope = float(closure.derivative(at.circuits, row, end, k, side))
-        if not graph.coordinates[k].angle:
-            u = closure.direction(at.circuits, row, end) if row.kind != "align" else (1.0, 0.0, 0.0)
-            size = float(np.linalg.norm(np.array(u, dtype=float)))
-            worst = min(worst, abs(slope) / size if size else 0.0)
-            continue
-        values = []
-        for c, s in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)):
-            there = at.circuits.varied({k: Turn(0.0, c, s)})
-            values.append(float(closure.value(there, row, closure.ends(there, row.cut))))
-        c = (values[0] + values[2]) / 2
-        amplitude = float(np.hypot(values[0] - c, values[1] - c))
-        constant = max(constant, abs(c) / amplitude if amplitude else np.inf)
-        lever = min(lever, amplitude)
-        worst = min(worst, abs(slope) / amplitude if amplitude else 0.0)
+) -> tuple[float, Block]:
+    """How far a row is from being singular in its one unknown, 0 to 1, and the block it makes.
+
+    The last sample is home.
+    """
+    angle = graph.coordinates[k].angle
+    arms = [_arm(graph, row, k, at) for at in samples]
+    worst = min(slope / size if size else 0.0 for slope, size, _ in arms)
+    constant = max(constant / size if size else np.inf for _, size, constant in arms)
+    lever, shortest = arms[-1][1], min(size for _, size, _ in arms)
+    if not angle:
+        steady = all(abs(slope - size) < 1e-12 * size for slope, size, _ in arms)
+        form: Form = "quadratic" if row.kind == "centre" else "linear"
+        return worst, Block((k,), (row,), form, regular=steady or form == "linear")
+    if shortest < 1e-3 * graph.length:  # hardly any arm to turn on
+        worst *= shortest / (1e-3 * graph.length)
+    form = "turn" if constant < 1e-12 else "turn with constant"
+    steady = max(abs(size - lever) for _, size, _ in arms) < 1e-12 * lever
+    return worst, Block((k,), (row,), form, regular=steady, lever=lever)
+
+
+def _arm(graph: Graph, row: Row, k: int, at: Configuration) -> tuple[float, float, float]:
+    """A row's slope in one coordinate, the most it could be, and (of an angle) its mean value."""
+    end = at.ends[row.cut]
+    side = closure.loop(at.circuits, row.cut)[k]
+    slope = abs(float(closure.derivative(at.circuits, row, end, k, side)))
     if not graph.coordinates[k].angle:
-        return worst, "quadratic" if row.kind == "centre" else "linear"
-    if lever < 1e-3 * graph.length:  # hardly any arm to turn on
-        worst *= lever / (1e-3 * graph.length)
-    return worst, "turn" if constant < 1e-12 else "turn with constant"
+        u = closure.direction(at.circuits, row, end) if row.kind != "align" else (1.0, 0.0, 0.0)
+        return slope, float(np.linalg.norm(np.array(u, dtype=float))), 0.0
+    values = []
+    for cosine, sine in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)):
+        there = at.circuits.varied({k: Turn(0.0, cosine, sine)})
+        values.append(float(closure.value(there, row, closure.ends(there, row.cut))))
+    mean = (values[0] + values[2]) / 2
+    return slope, float(np.hypot(values[0] - mean, values[1] - mean)), abs(mean)
 
 
 def _signed(graph: Graph, tree: Tree, block: Block, home: Configuration) -> Block:
@@ -431,7 +447,7 @@ def _signed(graph: Graph, tree: Tree, block: Block, home: Configuration) -> Bloc
     if not abs(determinant) > 1e-7:
         names = ", ".join(graph.coordinates[k].name for k in block.unknowns)
         raise DrivenError(
-            f"{graph.mechanism.name}: home is singular for these driven coordinates: {names} are "
+            f"{graph.mechanism.where}: home is singular for these driven coordinates: {names} are "
             "not determined there"
         )
     return replace(block, sign=float(np.sign(determinant)))

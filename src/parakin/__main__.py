@@ -1,0 +1,5 @@
+import sys
+
+from parakin.cli import main
+
+sys.exit(main())

@@ -1,0 +1,177 @@
+"""Mobility: what the count of joints promises, what the closed loops allow, and who is to blame.
+
+The instantaneous freedoms are the null space of all loops together: for every loop the screws of
+its joints, weighted by their rates, add up to nothing (six equations a loop, whatever is cut).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from parakin import closure
+from parakin.assembly import (
+    Configuration,
+    FloatArray,
+    configure,
+    coordinate_scales,
+    loop_signs,
+    neighbours,
+)
+from parakin.graph import Graph
+
+_RANK = 1e-8
+_NEARBY = 6
+
+
+@dataclass(frozen=True)
+class Mobility:
+    """What `mobility` found.
+
+    grubler: Grübler-Kutzbach's count 6 (bodies - 1 - joints) + freedoms, the base counted as a
+    body. home: by rank at home. nearby: by rank at closed configurations around home, its
+    generic value the smallest. tree_coordinates, rows, rank: of the loops cut open along the
+    default tree. to_blame: joints which, were they spherical, would let the driven coordinates
+    move; with `cured`, the mobility then.
+    """
+
+    bodies: int
+    joints: int
+    grubler: int
+    home: int
+    nearby: tuple[int, ...]
+    tree_coordinates: int
+    rows: int
+    rank: int
+    cuts: tuple[str, ...]
+    wanted: int
+    to_blame: tuple[str, ...]
+    cured: int
+
+    @property
+    def generic(self) -> int:
+        return min((self.home, *self.nearby))
+
+    @property
+    def redundant(self) -> int:
+        """Closure rows that say nothing new at home."""
+        return self.rows - self.rank
+
+
+def mobility(graph: Graph, home: Configuration, wanted: int = 0) -> Mobility:
+    """Count and measure the mobility at home and around it.
+
+    wanted: how many coordinates are to be driven; where fewer can move, the joints that hold
+    them are looked for.
+    """
+    tree = graph.tree()
+    real = [joint for joint in graph.joints if joint.kind != "free"]
+    freedom = sum(len(joint.pairs) for joint in real)
+    at = configure(graph, tree, home.q)
+    nearby = [configure(graph, tree, c.q) for c in neighbours(graph, tree, at, _NEARBY)]
+    cuts = [k for k in tree.cuts if graph.joints[k].kind != "free"]
+    rows = sum(len(closure.canonical_rows(graph.joints[k], k)) for k in cuts)
+    inside = sum(len(graph.joints[k].pairs) for k, _ in tree.steps)
+    by_rank = [mobility_at(graph, c) for c in (at, *nearby)]
+    blamed: list[str] = []
+    cured = min(by_rank)
+    if cured < wanted:
+        generic = (at, *nearby)[int(np.argmin(by_rank))]
+        blamed, cured = _blame(graph, generic, wanted)
+    return Mobility(
+        bodies=len(graph.bodies),
+        joints=len(real),
+        grubler=6 * (len(graph.bodies) - 1 - len(real)) + freedom,
+        home=by_rank[0],
+        nearby=tuple(by_rank[1:]),
+        tree_coordinates=inside,
+        rows=rows,
+        rank=inside - by_rank[0],
+        cuts=tuple(graph.joints[k].name for k in cuts),
+        wanted=wanted,
+        to_blame=tuple(blamed),
+        cured=cured,
+    )
+
+
+def mobility_at(graph: Graph, at: Configuration, freed: Sequence[int] = ()) -> int:
+    """The mobility by rank at a closed configuration; joints `freed` taken as spherical too."""
+    tree = graph.tree()
+    signs = loop_signs(graph, tree)
+    scales = coordinate_scales(graph)
+    scale = np.array([1.0] * 3 + [1.0 / graph.length] * 3)[:, None]
+    extra = {k: _extra_screws(graph, at, k) for k in freed}
+    width = len(graph.coordinates) + sum(screws.shape[1] for screws in extra.values())
+    loops: list[FloatArray] = []
+    onward = _onward(graph)
+    for cut in tree.cuts:
+        weights = signs[cut].copy()
+        weights[list(graph.joints[cut].coordinates)] = -1.0
+        block = np.zeros((6, width))
+        block[:, : len(scales)] = at.screws * weights * scales
+        place = len(scales)
+        for k, screws in extra.items():
+            sign = -1.0 if k == cut else _joint_sign(graph, at, cut, k, onward)
+            block[:, place : place + screws.shape[1]] = sign * screws
+            place += screws.shape[1]
+        loops.append(scale * block)
+    if not loops:
+        return width
+    sizes = np.linalg.svd(np.vstack(loops), compute_uv=False)
+    return width - int((sizes > _RANK * sizes[0]).sum())
+
+
+def _onward(graph: Graph) -> dict[int, float]:
+    return {k: -1.0 if reverse else 1.0 for k, reverse in graph.tree().steps}
+
+
+def _joint_sign(
+    graph: Graph, at: Configuration, cut: int, k: int, onward: dict[int, float]
+) -> float:
+    """How a tree joint's twist enters the loop of a cut one."""
+    if k not in onward:
+        return 0.0
+    ahead = _joints_to(graph, graph.joints[cut].child)
+    behind = _joints_to(graph, graph.joints[cut].parent)
+    return onward[k] * ((k in ahead) - (k in behind))
+
+
+def _joints_to(graph: Graph, body: int) -> set[int]:
+    reached = {0: set[int]()}
+    for k, reverse in graph.tree().steps:
+        joint = graph.joints[k]
+        near, far = (joint.child, joint.parent) if reverse else (joint.parent, joint.child)
+        reached[far] = reached[near] | {k}
+    return reached[body]
+
+
+def _extra_screws(graph: Graph, at: Configuration, k: int) -> FloatArray:
+    """The turns about a joint's centre that it does not allow."""
+    centre = np.array(at.ends[k].F.p, dtype=float)
+    own = at.screws[:3, list(graph.joints[k].coordinates)]
+    _, sizes, right = np.linalg.svd(own.T) if own.size else (None, np.zeros(0), np.eye(3))
+    axes = right[int((sizes > 1e-9).sum()) :]
+    return np.array([np.concatenate([a, np.cross(centre, a)]) for a in axes]).reshape(-1, 6).T
+
+
+def _blame(graph: Graph, at: Configuration, wanted: int) -> tuple[list[str], int]:
+    """The fewest universal joints, those at the platform first, whose third turn is missing."""
+    platform = graph.joints[graph.platform].child if graph.platform is not None else 0
+
+    def order(k: int) -> tuple[bool, int]:
+        joint = graph.joints[k]
+        return (platform not in (joint.parent, joint.child), k)
+
+    candidates = [k for k, joint in enumerate(graph.joints) if joint.kind == "universal"]
+    freed: list[int] = []
+    reached = mobility_at(graph, at)
+    for k in sorted(candidates, key=order):
+        if reached >= wanted:
+            break
+        gained = mobility_at(graph, at, [*freed, k])
+        if gained > reached:
+            freed.append(k)
+            reached = gained
+    return [graph.joints[k].name for k in freed], reached

@@ -1,0 +1,227 @@
+"""The command line: parse, call, print. Heavy imports wait until a command needs them."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from parakin import __version__
+from parakin.errors import InputError, ParakinError
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from rich.console import Console
+
+    from parakin.report import Extremes
+
+_WINDOW = 100_000
+_EPILOG = """examples:
+  parakin solve flight-simulator general -o general.csv --plot general.png
+  parakin check flight-simulator --set l3=1.35
+  parakin solve my-machine.toml recorded.csv -o -
+
+exit codes: 0 done, 1 some samples are flagged, 2 bad input"""
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line's grammar."""
+    top = argparse.ArgumentParser(
+        prog="parakin",
+        description="Kinematics of parallel mechanisms: positions, velocities and accelerations "
+        "of every joint and body along a motion.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    top.add_argument("--version", action="version", version=f"parakin {__version__}")
+    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    commands.add_parser("list", help="mechanisms of the catalogue, and their motions")
+
+    check = commands.add_parser("check", help="assemble a mechanism and explain its mobility")
+    _add_mechanism(check)
+
+    solve = commands.add_parser("solve", help="solve a mechanism along a motion")
+    _add_mechanism(solve)
+    solve.add_argument("motion", metavar="MOTION", help="a motion's name, or a TOML or CSV file")
+    solve.add_argument(
+        "-o", "--output", metavar="FILE", help="write .csv, .nc or .parquet; '-' is CSV to stdout"
+    )
+    solve.add_argument("--plot", metavar="FILE", type=Path, help="figure: .png, .svg or .pdf")
+    solve.add_argument("--bodies", action="store_true", help="every body's motion too")
+    solve.add_argument("--all", action="store_true", help="joints outside the tree too")
+    solve.add_argument("--rate", metavar="HZ", type=float, help="samples per second of a law")
+    solve.add_argument(
+        "--smooth", metavar="SIGMA", type=float, help="noise of recorded positions, SI"
+    )
+    solve.add_argument(
+        "--max-gap", metavar="S", type=float, help="longest step allowed in recorded data"
+    )
+    return top
+
+
+def _add_mechanism(command: argparse.ArgumentParser) -> None:
+    command.add_argument("mechanism", metavar="MECHANISM", help="a catalogue name or a TOML file")
+    command.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="override a parameter, e.g. --set d1=0.42 or --set 'd1=420 mm'",
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command. Returns the exit code: 0 done, 1 some samples flagged, 2 bad input."""
+    options = parser().parse_args(arguments)
+    from rich.console import Console
+
+    console = Console(stderr=True, soft_wrap=True, highlight=False)
+    try:
+        if options.command == "list":
+            return _list()
+        if options.command == "check":
+            return _check(options)
+        return _solve(options, console)
+    except ParakinError as error:
+        console.print("error:", style="bold red", end=" ")
+        console.print(str(error), markup=False)
+        return 2
+    except BrokenPipeError:
+        # The reader of stdout went away; say nothing more to it.
+        sys.stdout = None  # type: ignore[assignment]
+        return 0
+    except KeyboardInterrupt:
+        console.print("stopped", style="bold red")
+        return 130
+
+
+def _stdout() -> Console:
+    from rich.console import Console
+
+    return Console(soft_wrap=True, highlight=False)
+
+
+def _list() -> int:
+    from parakin.files import catalogue, load
+    from parakin.report import catalogue_table
+
+    entries = {
+        name: f"{title} (motions: {', '.join(load(name).motions) or 'none'})"
+        for name, title in catalogue().items()
+    }
+    _stdout().print(catalogue_table(entries))
+    return 0
+
+
+def _parameters(settings: Sequence[str]) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for setting in settings:
+        name, equals, value = setting.partition("=")
+        if not equals or not name.strip() or not value.strip():
+            raise InputError("--set", repr(setting), "NAME=VALUE")
+        found[name.strip()] = value.strip()
+    return found
+
+
+def _check(options: argparse.Namespace) -> int:
+    from parakin.analysis import mobility
+    from parakin.files import load
+    from parakin.graph import graph_of
+    from parakin.report import mechanism_report
+    from parakin.solver import assembled
+
+    graph = graph_of(load(options.mechanism, _parameters(options.set)))
+    home = assembled(graph)
+    found = mobility(graph, home, len(graph.mechanism.driven))
+    _stdout().print(mechanism_report(graph, home.q, found))
+    return 0
+
+
+def _solve(options: argparse.Namespace, console: Console) -> int:
+    from parakin import plots, tables
+    from parakin.files import load
+    from parakin.report import solve_report
+    from parakin.solver import compile as compile_mechanism
+
+    to_stdout = options.output == "-"
+    output = Path(options.output) if options.output and not to_stdout else None
+    if output is not None:
+        tables.check_output(output)
+    if options.plot is not None:
+        plots.check_figure(options.plot)
+    mechanism = load(options.mechanism, _parameters(options.set))
+    solver = compile_mechanism(mechanism, coordinates="all" if options.all else None)
+    motion = solver.motion(
+        options.motion, rate=options.rate, smoothing=options.smooth, max_gap=options.max_gap
+    )
+    console.print(f"{mechanism.name}, {motion.name}: {mechanism.title}", style="bold")
+    run = _Run(motion.count, options.plot is not None)
+    windows = run.watched(
+        solver.stream(motion, _WINDOW, bodies=options.bodies, parallel=True), console
+    )
+    if output is not None:
+        tables.write(windows, output)
+    elif to_stdout:
+        tables.write_csv(windows, sys.stdout)
+    else:
+        for _ in windows:
+            pass
+    if run.last is None or run.found is None:
+        raise InputError(f"motion {motion.name}", "no samples", "at least one")
+    console.print(solve_report(run.last, run.found, run.seconds))
+    if options.plot is not None:
+        figure = plots.histories(
+            run.picture(), symbols=mechanism.symbols, title=f"{mechanism.title}: {motion.name}"
+        )
+        plots.save(figure, options.plot)
+    written = [str(path) for path in (output, options.plot) if path is not None]
+    if written:
+        console.print(f"wrote {', '.join(written)}", markup=False)
+    return 1 if run.found.first_flag is not None else 0
+
+
+class _Run:
+    """Windows on their way to a file: timed, summed up, shown, and thinned for the figure."""
+
+    def __init__(self, count: int, pictured: bool) -> None:
+        self.seconds = 0.0
+        self.last: xr.Dataset | None = None
+        self.found: Extremes | None = None
+        self._count = count
+        self._stride = max(1, count // 20_000)
+        self._thinned: list[xr.Dataset] | None = [] if pictured else None
+
+    def watched(self, windows: Iterator[xr.Dataset], console: Console) -> Iterator[xr.Dataset]:
+        from rich.progress import Progress
+
+        from parakin.report import extremes
+
+        begun = time.perf_counter()
+        with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+            task = bar.add_task("solving", total=self._count, visible=False)
+            while True:
+                start = time.perf_counter()
+                window = next(windows, None)
+                self.seconds += time.perf_counter() - start
+                if window is None:
+                    return
+                self.found = extremes(window, self.found)
+                self.last = window
+                if self._thinned is not None:
+                    self._thinned.append(window.isel(time=slice(None, None, self._stride)).copy())
+                yield window
+                late = time.perf_counter() - begun > 1.0
+                bar.update(task, completed=self.found.samples, visible=late)
+
+    def picture(self) -> xr.Dataset:
+        import xarray as xr
+
+        assert self._thinned is not None
+        if len(self._thinned) == 1:
+            return self._thinned[0]
+        return xr.concat(self._thinned, dim="time", data_vars="minimal")
+
+

@@ -1,0 +1,261 @@
+"""What there is to say about a mechanism or a result, as tables for a terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from parakin.analysis import Mobility
+from parakin.assembly import FloatArray
+from parakin.graph import Graph
+from parakin.tracking import Status
+
+
+def catalogue_table(entries: Mapping[str, str]) -> RenderableType:
+    table = _table("mechanism", "what it is")
+    for name, title in entries.items():
+        table.add_row(Text(name), Text(title))
+    return table
+
+
+def _table(*headings: str) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for k, heading in enumerate(headings):
+        table.add_column(heading, justify="left" if k == 0 else "right", no_wrap=k == 0)
+    if headings[-1:] == ("what it is",):
+        table.columns[-1].justify = "left"
+    return table
+
+
+def shown(value: float, angle: bool) -> str:
+    """A coordinate for reading: millimetres or degrees."""
+    return f"{math.degrees(value):.4f} deg" if angle else f"{1e3 * value:.4f} mm"
+
+
+def mechanism_report(graph: Graph, home: FloatArray, found: Mobility) -> RenderableType:
+    """Home and mobility of a mechanism: what `parakin check` prints."""
+    mechanism = graph.mechanism
+    lines = [Text(f"{mechanism.name}: {mechanism.title or 'a mechanism'}", style="bold")]
+    if mechanism.source:
+        lines.append(Text(f"source: {mechanism.source}"))
+    return Group(
+        *lines,
+        Text(),
+        *_mobility_lines(graph, found),
+        Text(),
+        _home_table(graph, home),
+        *_home_notes(graph, home),
+    )
+
+
+def _mobility_lines(graph: Graph, found: Mobility) -> list[Text]:
+    lines = [
+        Text("Mobility", style="bold"),
+        Text(
+            f"  Grübler-Kutzbach: {found.grubler} "
+            f"({found.bodies} bodies with the base, {found.joints} joints)"
+        ),
+        Text(f"  by rank: {found.home} at home, {_nearby(found)}"),
+    ]
+    if found.cuts:
+        lines.append(
+            Text(
+                f"  {found.tree_coordinates} coordinates in the tree; cut at "
+                f"{', '.join(found.cuts)}: {found.rows} closure rows, {found.rank} independent, "
+                f"{found.redundant} redundant"
+            )
+        )
+    driven = ", ".join(graph.mechanism.driven)
+    if driven:
+        lines.append(Text(f"  driven: {driven}"))
+    if found.generic < found.wanted:
+        lines.append(
+            Text(
+                f"  {found.wanted} coordinates are to be driven, but only {found.generic} can move",
+                style="bold red",
+            )
+        )
+        if found.to_blame:
+            cause = " and ".join(found.to_blame)
+            plural = len(found.to_blame) > 1
+            lines.append(
+                Text(
+                    f"  cause: {'joints' if plural else 'joint'} {cause}: as "
+                    f"{'spherical joints' if plural else 'a spherical joint'} instead of universal "
+                    f"{'ones they' if plural else 'one it'} would give mobility {found.cured}",
+                    style="bold red",
+                )
+            )
+    elif found.wanted and found.generic > found.wanted:
+        lines.append(
+            Text(
+                f"  {found.generic - found.wanted} more freedom(s) than driven coordinates",
+                style="bold yellow",
+            )
+        )
+    return lines
+
+
+def _nearby(found: Mobility) -> str:
+    values = sorted(set(found.nearby))
+    if not values:
+        return "which no other closed configuration near home could confirm"
+    what = " or ".join(str(value) for value in values)
+    return f"{what} at {len(found.nearby)} closed configurations around it"
+
+
+def _home_table(graph: Graph, home: FloatArray) -> Table:
+    table = _table("coordinate at home", "assembled", "stated or guessed", "difference")
+    counted_from_home = graph.from_home
+    given = {**graph.guess, **graph.stated, **graph.home}
+    for k, coordinate in enumerate(graph.coordinates):
+        name = coordinate.name + (" *" if coordinate.actuated else "")
+        row = [shown(float(home[k]), coordinate.angle)]
+        if k in counted_from_home:
+            name += " (counted from here)"
+        if k in given:
+            word = "held" if k in graph.home else ("stated" if k in graph.stated else "guess")
+            row.append(f"{shown(given[k], coordinate.angle)} {word}")
+            row.append(shown(float(home[k]) - given[k], coordinate.angle))
+        else:
+            row += ["", ""]
+        table.add_row(Text(name), *row)
+    return table
+
+
+def _home_notes(graph: Graph, home: FloatArray) -> list[Text]:
+    notes = [Text("  * actuated", style="dim")]
+    if graph.stated:
+        off = {k: float(home[k]) - value for k, value in graph.stated.items()}
+        worst = max(off, key=lambda k: abs(off[k]))
+        coordinate = graph.coordinates[worst]
+        notes.append(
+            Text(
+                "  The stated values do not quite close the loops: the largest difference is "
+                f"{shown(off[worst], coordinate.angle)} at {coordinate.name}."
+            )
+        )
+    return notes
+
+
+@dataclass
+class Extremes:
+    """Running extremes over the windows of a result: a long motion is never held whole."""
+
+    coordinates: Sequence[str]
+    low: FloatArray
+    high: FloatArray
+    speed: FloatArray
+    acceleration: FloatArray
+    residual: float = 0.0
+    conditioning: float = 1.0
+    samples: int = 0
+    counts: FloatArray | None = None
+    first_flag: tuple[int, float, Status] | None = None
+
+
+def extremes(ds: xr.Dataset, before: Extremes | None = None) -> Extremes:
+    """The extremes of one more window."""
+    n = ds.sizes["coordinate"]
+    found = before or Extremes(
+        ds["coordinate"].values.tolist(),
+        np.full(n, np.inf),
+        np.full(n, -np.inf),
+        np.zeros(n),
+        np.zeros(n),
+        counts=np.zeros(len(Status)),
+    )
+    q = ds["position"].values
+    found.low = np.fmin(found.low, np.fmin.reduce(q))
+    found.high = np.fmax(found.high, np.fmax.reduce(q))
+    found.speed = np.fmax(found.speed, np.fmax.reduce(np.abs(ds["velocity"].values)))
+    found.acceleration = np.fmax(
+        found.acceleration, np.fmax.reduce(np.abs(ds["acceleration"].values))
+    )
+    found.residual = float(np.fmax(found.residual, np.fmax.reduce(ds["residual"].values)))
+    found.conditioning = float(
+        np.fmin(found.conditioning, np.fmin.reduce(ds["conditioning"].values))
+    )
+    status = ds["status"].values
+    if found.counts is not None:
+        found.counts += np.bincount(status, minlength=len(Status))
+    if found.first_flag is None and status.any():
+        i = int(np.argmax(status != 0))
+        found.first_flag = (found.samples + i, float(ds["time"].values[i]), Status(int(status[i])))
+    found.samples += len(status)
+    return found
+
+
+def solve_report(
+    ds: xr.Dataset, found: Extremes, seconds: float
+) -> RenderableType:
+    """What `parakin solve` prints: strokes, peaks, the worst residual, flags, time and rate.
+
+    ds: any window of the result, for names, units and home. seconds: time spent solving.
+    """
+    table = _table(
+        "actuated", "from", "to", "stroke from home", "peak speed", "peak acceleration"
+    )
+    units = ds["unit"].values.tolist()
+    chosen = np.flatnonzero(ds["actuated"].values) if ds["actuated"].values.any() else range(
+        ds.sizes["coordinate"]
+    )
+    home = ds["home"].values
+    for k in chosen:
+        angle = units[k] == "rad"
+        scale, unit = (math.degrees(1.0), "deg") if angle else (1e3, "mm")
+        if not np.isfinite(found.low[k]):
+            table.add_row(Text(found.coordinates[k]), *["nothing solved"] + [""] * 4)
+            continue
+        down, up = scale * (found.low[k] - home[k]), scale * (found.high[k] - home[k])
+        table.add_row(
+            Text(found.coordinates[k]),
+            f"{scale * found.low[k]:.3f} {unit}",
+            f"{scale * found.high[k]:.3f} {unit}",
+            f"{down:+.3f} .. {up:+.3f} {unit}",
+            f"{scale * found.speed[k]:.3f} {unit}/s",
+            f"{scale * found.acceleration[k]:.3f} {unit}/s²",
+        )
+    length = float(ds.attrs["characteristic_length"])
+    rate = found.samples / seconds if seconds else math.inf
+    lines = [
+        Text(
+            f"{found.samples:,} samples solved in {_time(seconds)} ({_rate(rate)}); worst residual "
+            f"{found.residual * length:.1e} m, least conditioning {found.conditioning:.3f}"
+        )
+    ]
+    if "spline" in ds.attrs["motion_derivatives"]:
+        lines.append(
+            Text(f"velocity and acceleration driven: {ds.attrs['motion_derivatives']}")
+        )
+    if found.first_flag is not None and found.counts is not None:
+        index, time, status = found.first_flag
+        each = ", ".join(
+            f"{int(count):,} {Status(k).words}"
+            for k, count in enumerate(found.counts)
+            if count and k != Status.CONVERGED
+        )
+        lines.append(
+            Text(
+                f"flagged: {each}; the first at sample {index}, t = {time:.6g} s: {status.words}",
+                style="bold red",
+            )
+        )
+    return Group(table, *lines)
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.2f} s" if seconds >= 1 else f"{1e3 * seconds:.2f} ms"
+
+
+def _rate(per_second: float) -> str:
+    if not math.isfinite(per_second):
+        return "too fast to time"
+    return f"{1e9 / per_second:,.0f} ns a pose"

@@ -1,0 +1,138 @@
+"""Results as labelled arrays: what the solver found, as an xarray Dataset users know how to use."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from parakin.errors import NotSolvedError
+from parakin.tracking import FloatArray, Status, StatusArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from parakin.motion import Motion
+    from parakin.solver import Solver
+
+_UNITS = ("{}", "{} s-1", "{} s-2")
+ORDERS = ("position", "velocity", "acceleration")
+
+
+def dataset(
+    solver: Solver,
+    motion: Motion,
+    time: FloatArray,
+    out: FloatArray,
+    status: StatusArray,
+    points: Sequence[str],
+    figures: FloatArray | None,
+) -> xr.Dataset:
+    """Kernel outputs (rows, n) as a Dataset over time and coordinate (and point, axis)."""
+    import xarray as xr
+
+    graph, n = solver.graph, len(solver.coordinates)
+    numbers = {c.name: k for k, c in enumerate(graph.coordinates)}
+    units = [
+        "rad" if name in graph.cones else graph.coordinates[numbers[name]].unit
+        for name in solver.coordinates
+    ]
+    actuated = [
+        name in numbers and graph.coordinates[numbers[name]].actuated
+        for name in solver.coordinates
+    ]
+    over = ("time", "coordinate")
+    variables: dict[str, Any] = {
+        quantity: (over, out[k * n : (k + 1) * n].T, {"units": _UNITS[k].format("m or rad")})
+        for k, quantity in enumerate(ORDERS)
+    }
+    checks = 3 * n
+    variables |= {
+        "status": ("time", status, _status_attributes()),
+        "residual": ("time", out[checks], {"long_name": "norm of all closure rows", "units": "1"}),
+        "conditioning": ("time", out[checks + 1], {"units": "1"}),
+        "home": ("coordinate", [solver.home.get(name, np.nan) for name in solver.coordinates]),
+    }
+    coordinates: dict[str, Any] = {
+        "time": ("time", time, {"units": "s"}),
+        "coordinate": list(solver.coordinates),
+        "unit": ("coordinate", units),
+        "actuated": ("coordinate", actuated),
+        "driven": ("coordinate", [name in solver.driven for name in solver.coordinates]),
+    }
+    if figures is not None:
+        variables |= _bodies(figures, len(points), len(time))
+        coordinates |= {
+            "body": list(points),
+            "axis": ["x", "y", "z"],
+            "quaternion": ["w", "x", "y", "z"],
+        }
+    attributes = {
+        "mechanism": solver.mechanism.name,
+        "motion": motion.name,
+        "motion_derivatives": motion.derivatives,
+        "characteristic_length": graph.length,
+    }
+    return xr.Dataset(variables, coordinates, attributes)
+
+
+def require_solved(ds: xr.Dataset) -> xr.Dataset:
+    """The result itself, if every sample of it is solved.
+
+    Raises NotSolvedError with how many are flagged, the first, and the worst residual.
+    """
+    status = ds["status"].values
+    flagged = np.flatnonzero(status)
+    if len(flagged):
+        i = int(flagged[0])
+        worst = np.fmax.reduce(ds["residual"].values, initial=0.0)
+        raise NotSolvedError(
+            f"{ds.attrs['mechanism']}, {ds.attrs['motion']}: {len(flagged)} of {len(status)} samples "
+            f"are flagged; the first, {i} at t = {float(ds['time'][i]):.6g} s, is "
+            f"{Status(int(status[i])).words}; worst residual of the rest {worst:.1e}"
+        )
+    return ds
+
+
+def _status_attributes() -> dict[str, Any]:
+    return {
+        "flag_values": np.array([s.value for s in Status], dtype=np.int8),
+        "flag_meanings": " ".join(s.name.lower() for s in Status),
+    }
+
+
+def _bodies(figures: FloatArray, points: int, n: int) -> dict[str, Any]:
+    blocks = figures.reshape(points, 24, n)
+    over = ("time", "body", "axis")
+
+    def vectors(start: int) -> FloatArray:
+        return np.ascontiguousarray(blocks[:, start : start + 3].transpose(2, 0, 1))
+
+    return {
+        "body_position": (over, vectors(0), {"units": "m"}),
+        "body_orientation": (("time", "body", "quaternion"), _quaternions(blocks[:, 3:12])),
+        "body_velocity": (over, vectors(12), {"units": "m s-1"}),
+        "body_angular_velocity": (over, vectors(15), {"units": "rad s-1"}),
+        "body_acceleration": (over, vectors(18), {"units": "m s-2"}),
+        "body_angular_acceleration": (over, vectors(21), {"units": "rad s-2"}),
+    }
+
+
+def _quaternions(rows: FloatArray) -> NDArray[np.float64]:
+    """Rotation matrices (points, 9, n) as quaternions wxyz (n, points, 4) without sign jumps."""
+    from scipy.spatial.transform import Rotation
+
+    points, _, n = rows.shape
+    matrices = rows.transpose(2, 0, 1).reshape(-1, 3, 3)
+    good = np.isfinite(matrices).all(axis=(1, 2))
+    quaternions = np.full((len(matrices), 4), np.nan)
+    if good.any():
+        quaternions[good] = Rotation.from_matrix(matrices[good]).as_quat(scalar_first=True)
+    quaternions = quaternions.reshape(n, points, 4)
+    with np.errstate(invalid="ignore"):
+        flips = np.where((quaternions[1:] * quaternions[:-1]).sum(axis=2) < 0, -1.0, 1.0)
+    first = np.where(quaternions[:1, :, 0] < 0, -1.0, 1.0)
+    signs = np.cumprod(np.concatenate([first, flips]), axis=0)
+    return quaternions * signs[:, :, None]

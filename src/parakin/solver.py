@@ -1,0 +1,436 @@
+"""The solver: a mechanism compiled for a choice of driven coordinates.
+
+It never changes once made. `at` answers one pose for a control loop, or a batch of them, as bare
+arrays; `solve` a motion, as a labelled Dataset; `stream` a motion of any length, window by window.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from parakin import assembly
+from parakin.assembly import Configuration
+from parakin.machine import Kernel, has_machine_code, input_count, make_kernel, output_count
+from parakin.errors import DrivenError, InputError, nearest
+from parakin.expressions import Value
+from parakin.files import load, load_motion
+from parakin.graph import Graph, graph_of
+from parakin.kernel import Outputs, newton_unknowns
+from parakin.mechanism import Mechanism
+from parakin.motion import Motion, Samples
+from parakin.ordering import Plan, plan_of
+from parakin.results import dataset
+from parakin.tracking import (
+    Ending,
+    FloatArray,
+    Layout,
+    State,
+    Status,
+    StatusArray,
+    Tracker,
+    classify,
+    solve_all,
+    unwrap,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_STEPS = 2  # Newton steps per run of a kernel
+_SPREAD = 8192  # batches smaller than this are not worth a second core
+
+
+class Tick(NamedTuple):
+    """One pose, or a batch: rows are `solver.coordinates`, SI; `status` is a `Status` (array).
+
+    Not a Dataset because a control loop cannot wait for one.
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    status: int | StatusArray
+    residual: float | FloatArray
+    conditioning: float | FloatArray
+
+
+class Solver:
+    """A compiled mechanism; made by `parakin.compile`.
+
+    `driven`, `coordinates`: names, in the order of rows. `home`: position of every coordinate at
+    home, by name [m, rad].
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        plan: Plan,
+        outputs: Outputs,
+        *,
+        machine_code: bool,
+    ) -> None:
+        self.graph = graph
+        self.plan = plan
+        self.mechanism = graph.mechanism
+        self.machine_code = machine_code
+        self.driven = tuple(graph.coordinates[k].name for k in plan.driven)
+        self.coordinates = tuple(self._name(c) for c in outputs.coordinates)
+        self.home: Mapping[str, float] = home_values(graph, plan)
+        self._outputs = outputs
+        self._layout = _layout(plan, outputs)
+        self._iterated = newton_unknowns(plan)
+        self._kernel = make_kernel(plan, outputs, machine_code=machine_code, steps=_STEPS)
+        self._body_kernels: dict[tuple[tuple[int, tuple[float, ...]], ...], Kernel] = {}
+        self._inputs = input_count(plan, outputs)
+        self._results = output_count(outputs)
+
+    def _name(self, coordinate: int | str) -> str:
+        if isinstance(coordinate, str):
+            return coordinate
+        return self.graph.coordinates[coordinate].name
+
+    def __repr__(self) -> str:
+        how = "machine code" if self.machine_code else "NumPy"
+        return f"<Solver {self.mechanism.name}, driven by {', '.join(self.driven)}, {how}>"
+
+    def _home_state(self) -> State:
+        k, m = len(self.driven), len(self._iterated)
+        driven, found = np.zeros((3, k)), np.zeros((3, m))
+        driven[0] = [self.home[name] for name in self.driven]
+        found[0] = [self.home[self._name(c)] for c in self._iterated]
+        return State(-np.inf, driven, found)
+
+    def _run(self, inputs: FloatArray, *, parallel: bool = False) -> FloatArray:
+        out = np.empty((self._results, *inputs.shape[1:]))
+        self._kernel(inputs, out, parallel and inputs.shape[-1] >= _SPREAD)
+        return out
+
+    def at(
+        self,
+        y: ArrayLike,
+        yd: ArrayLike | None = None,
+        ydd: ArrayLike | None = None,
+        guess: FloatArray | None = None,
+    ) -> Tick:
+        """One pose, or a batch of unrelated ones.
+
+        y, yd, ydd: driven positions, velocities, accelerations, (k,) or (k, n), SI; rates are
+        zero where not given. guess: positions as an earlier `Tick` gave them, rows
+        `coordinates`; angles come out within half a turn of it, and coordinates that are
+        iterated start from it (from home without it, in small steps).
+        Samples that fail have a status other than CONVERGED and NaN throughout.
+        Raises InputError on arrays of the wrong shape.
+        """
+        inputs = self._inputs_of(y, yd, ydd)
+        if self._iterated:
+            out = self._iterate(inputs, guess)
+        else:
+            out = self._run(inputs)
+        n, checks = len(self.coordinates), self._layout.checks
+        orders = self._outputs.derivatives
+        position = out[:n]
+        if guess is not None and len(self._layout.angles):
+            rows = self._layout.angles
+            drift = (guess[rows] - position[rows]) * (0.5 / np.pi)
+            if np.abs(drift).max(initial=0.0) > 0.5:
+                position[rows] += 2 * np.pi * np.round(drift)
+        velocity = out[n : 2 * n] if orders > 0 else np.full_like(position, np.nan)
+        acceleration = out[2 * n : 3 * n] if orders > 1 else np.full_like(position, np.nan)
+        if not self._outputs.checks:
+            lost = np.isnan(position).any(axis=0)
+            status = np.where(lost, Status.OUT_OF_REACH, Status.CONVERGED).astype(np.int8)
+            return Tick(position, velocity, acceleration, status, np.nan * lost, np.nan * lost)
+        if out.ndim == 1:
+            residual, conditioning = float(out[checks]), float(out[checks + 1])
+            if residual <= 1e-12 and conditioning >= 1e-6:
+                return Tick(position, velocity, acceleration, 0, residual, conditioning)
+            verdict = int(classify(out[:, None], self._layout)[0])
+            if verdict:
+                out[: checks] = np.nan
+            return Tick(position, velocity, acceleration, verdict, residual, conditioning)
+        status = classify(out, self._layout)
+        if status.any():
+            out[:checks, status > 0] = np.nan
+        return Tick(position, velocity, acceleration, status, out[checks], out[checks + 1])
+
+    def _inputs_of(
+        self, y: ArrayLike, yd: ArrayLike | None, ydd: ArrayLike | None
+    ) -> FloatArray:
+        k = len(self.driven)
+        first = np.asarray(y, dtype=float)
+        if first.ndim not in (1, 2) or first.shape[0] != k:
+            raise InputError("y", f"shape {first.shape}", f"({k},) or ({k}, n): one row per driven")
+        parts = [first]
+        for name, given in (("yd", yd), ("ydd", ydd))[: self._outputs.derivatives]:
+            part = np.zeros_like(first) if given is None else np.asarray(given, dtype=float)
+            if part.shape != first.shape:
+                raise InputError(name, f"shape {part.shape}", f"{first.shape}, that of y")
+            parts.append(part)
+        return np.concatenate(parts)
+
+    def _iterate(self, inputs: FloatArray, guess: FloatArray | None) -> FloatArray:
+        single = inputs.ndim == 1
+        columns = inputs[:, None] if single else inputs
+        k = len(self.driven)
+        y = np.zeros((3, k, columns.shape[1]))
+        given = columns.reshape(-1, k, columns.shape[1])
+        y[: len(given)] = given
+        tracker = Tracker(self._run_driven, self._layout, self._home_state())
+        if guess is not None:
+            start = np.asarray(guess, dtype=float)[self._layout.found[0]]
+            start = start[:, None] if start.ndim == 1 else start
+            start = np.broadcast_to(start, (len(start), columns.shape[1]))
+            out = tracker.solve(y, np.ascontiguousarray(start))
+        else:
+            home = self._home_state().found[0]
+            out = tracker.solve(y, np.repeat(home[:, None], columns.shape[1], axis=1))
+            status = classify(out, self._layout)
+            for i in np.flatnonzero(status):
+                tracker.state = self._home_state()._replace(time=0.0)
+                column, _ = tracker.reach(0.0, y[:, :, i])
+                out[:, i] = column[:, 0]
+        return out[:, 0] if single else out
+
+    def _run_driven(self, inputs: FloatArray) -> FloatArray:
+        """The kernel on full columns (y, yd, ydd, guess), of which it may take fewer orders."""
+        k = len(self.driven)
+        keep = (1 + self._outputs.derivatives) * k
+        if keep < 3 * k:
+            inputs = np.concatenate([inputs[:keep], inputs[3 * k :]])
+        return self._run(np.ascontiguousarray(inputs))
+
+    def motion(
+        self,
+        motion: str | Path,
+        *,
+        rate: float | None = None,
+        smoothing: float | Mapping[str, float] | None = None,
+        max_gap: float | None = None,
+    ) -> Motion:
+        """One of the mechanism's own motions by name, or one from a TOML or CSV file.
+
+        rate: samples per second, where laws give the motion. smoothing: standard deviation of the
+        noise in recorded positions, SI. max_gap: longest step allowed in recorded data [s].
+        Raises InputError.
+        """
+        driven = {name: self.home[name] for name in self.driven}
+        return load_motion(motion, self.graph, driven, rate, smoothing, max_gap)
+
+    def solve(
+        self,
+        motion: Motion | str,
+        *,
+        bodies: bool | Sequence[str] = False,
+        parallel: bool = False,
+    ) -> xr.Dataset:
+        """The whole motion, from home along the branch of home.
+
+        motion: one whose coordinates are the driven ones, or what `motion` takes. bodies: True adds position, orientation,
+        velocities and accelerations of every body at its own origin; a list names bodies or
+        points on them ("platform.B4"). parallel: use all cores.
+        Samples after the first that fails are NaN and flagged `not reached`; a limit exceeded is
+        flagged and its values kept. Raises InputError where the motion's coordinates are others.
+        """
+        motion = self.motion(motion) if isinstance(motion, str) else motion
+        (result,) = self.stream(motion, max(motion.count, 1), bodies=bodies, parallel=parallel)
+        return result
+
+    def stream(
+        self,
+        motion: Motion,
+        size: int = 65536,
+        *,
+        bodies: bool | Sequence[str] = False,
+        parallel: bool = False,
+    ) -> Iterator[xr.Dataset]:
+        """As `solve`, in windows of at most `size` samples, so that any length fits in memory."""
+        if self._outputs.derivatives < 2 or not self._outputs.checks:
+            raise InputError(
+                "solver", "one compiled without accelerations or checks", "a full one; or use `at`"
+            )
+        if set(motion.coordinates) != set(self.driven):
+            raise InputError(
+                f"motion {motion.name}",
+                f"coordinates {', '.join(motion.coordinates)}",
+                f"the driven coordinates {', '.join(self.driven)}",
+            )
+        motion = motion.reordered(self.driven)
+        points = self._points(bodies)
+        tracker = Tracker(self._run_driven, self._layout, self._home_state())
+        ending: Ending | None = None
+        lost = False
+        for start in range(0, motion.count, size):
+            samples = motion.window(start, min(start + size, motion.count))
+            out, status, ending, lost = self._window(samples, tracker, ending, lost, parallel)
+            figures = None
+            if points:
+                figures = self._figures(samples, out, tuple(points.values()), parallel)
+            yield dataset(self, motion, samples.time, out, status, list(points), figures)
+
+    def _window(
+        self,
+        samples: Samples,
+        tracker: Tracker,
+        ending: Ending | None,
+        lost: bool,
+        parallel: bool,
+    ) -> tuple[FloatArray, StatusArray, Ending | None, bool]:
+        n = len(samples.time)
+        if lost:
+            out = np.full((self._results, n), np.nan)
+            return out, np.full(n, Status.NOT_REACHED, dtype=np.int8), ending, True
+        if self._iterated:
+            out, status = tracker.follow(samples)
+        else:
+            out, status = solve_all(
+                lambda inputs: self._run(inputs, parallel=parallel), samples, self._layout
+            )
+        bad = status != Status.CONVERGED
+        if bad.any():
+            first = int(np.argmax(bad))
+            status[first + 1 :] = Status.NOT_REACHED
+            out[: self._layout.checks + 2, first:] = np.nan
+            lost = True
+        ending = unwrap(out, self._layout, samples.time, ending)
+        self._limit(out, status)
+        return out, status, ending, lost
+
+    def _limit(self, out: FloatArray, status: StatusArray) -> None:
+        for row, name in enumerate(self.coordinates):
+            low, high = self._limits(name)
+            if not (np.isinf(low) and np.isinf(high)):
+                outside = (out[row] < low) | (out[row] > high)
+                status[outside & (status == Status.CONVERGED)] = Status.LIMIT_EXCEEDED
+
+    def _limits(self, name: str) -> tuple[float, float]:
+        if name in self.graph.cones:
+            return self.graph.cones[name][1]
+        return self.graph.coordinates[self.graph.index(name, "coordinates")].limits
+
+    def _points(
+        self, bodies: bool | Sequence[str]
+    ) -> dict[str, tuple[int, tuple[float, float, float]]]:
+        if bodies is False:
+            return {}
+        origins = {name: (k, (0.0, 0.0, 0.0)) for k, name in enumerate(self.graph.bodies)}
+        if bodies is True:
+            return {name: origins[name] for name in self.graph.bodies[1:]}
+        known = origins | dict(self.graph.points)
+        for name in bodies:
+            if name not in known:
+                raise InputError("bodies", f"unknown body or point {name!r}", nearest(name, known))
+        return {name: known[name] for name in bodies}
+
+    def _figures(
+        self,
+        samples: Samples,
+        out: FloatArray,
+        points: tuple[tuple[int, tuple[float, float, float]], ...],
+        parallel: bool,
+    ) -> FloatArray:
+        outputs = Outputs((), derivatives=2, checks=False, points=points)
+        if points not in self._body_kernels:
+            self._body_kernels[points] = make_kernel(
+                self.plan, outputs, machine_code=self.machine_code, steps=1
+            )
+        inputs = np.concatenate(
+            [samples.position, samples.velocity, samples.acceleration, out[self._layout.found[0]]]
+        )
+        figures = np.empty((output_count(outputs), len(samples.time)))
+        self._body_kernels[points](inputs, figures, parallel)
+        figures[:, np.isnan(out[self._layout.checks])] = np.nan
+        return figures
+
+
+def home_values(graph: Graph, plan: Plan) -> dict[str, float]:
+    """Position of every coordinate at home, as it is counted."""
+    return {
+        c.name: float(plan.home[k]) - plan.offset(k) for k, c in enumerate(graph.coordinates)
+    }
+
+
+def _layout(plan: Plan, outputs: Outputs) -> Layout:
+    n = len(outputs.coordinates)
+    place = {c: row for row, c in enumerate(outputs.coordinates)}
+    found = np.array([place[k] for k in newton_unknowns(plan)], dtype=np.intp)
+    given = {*plan.affine, *newton_unknowns(plan)}
+    angles = [
+        row
+        for c, row in place.items()
+        if isinstance(c, int) and plan.graph.coordinates[c].angle and c not in given
+    ]
+    return Layout(
+        np.array([found + n * order for order in range(outputs.derivatives + 1)]),
+        np.array(angles, dtype=np.intp),
+        n,
+        n * (outputs.derivatives + 1),
+    )
+
+
+def compile(
+    mechanism: Mechanism | str | Path,
+    driven: Sequence[str] | None = None,
+    *,
+    coordinates: Sequence[str] | str | None = None,
+    derivatives: int = 2,
+    checks: bool = True,
+    machine_code: bool | None = None,
+    parameters: Mapping[str, Value] | None = None,
+) -> Solver:
+    """Compile a mechanism for a choice of driven coordinates.
+
+    mechanism: or its name in the catalogue, or its file. driven: names, as many as its mobility; the mechanism's own choice if not given.
+    coordinates: which to report: by default those of a spanning tree and the platform's pose;
+    "all" adds those of the joints outside the tree, and the cone angles of spherical joints; or
+    a list of names. derivatives: 0, 1 or 2. checks: False leaves out residual and conditioning
+    (only what is out of reach is then flagged). machine_code: False runs on NumPy arrays, None
+    takes machine code where heyoka is installed. parameters: overrides.
+    Raises InputError, AssemblyError, DrivenError.
+    """
+    if not isinstance(mechanism, Mechanism):
+        mechanism = load(mechanism)
+    if parameters:
+        mechanism = mechanism.with_parameters(parameters)
+    graph = graph_of(mechanism)
+    names = tuple(mechanism.driven if driven is None else driven)
+    if not names:
+        raise DrivenError(f"{mechanism.where}: no driven coordinates are given")
+    if len(set(names)) < len(names):
+        raise DrivenError(f"{mechanism.where}: a coordinate is driven twice: {', '.join(names)}")
+    numbers = [graph.index(name, f"{mechanism.where}: driven") for name in names]
+    plan = plan_of(graph, numbers, assembled(graph))
+    chosen = list(_chosen(graph, coordinates))
+    if derivatives or checks:
+        chosen += [k for k in newton_unknowns(plan) if k not in chosen]
+    outputs = Outputs(tuple(chosen), derivatives, checks)
+    code = has_machine_code() if machine_code is None else machine_code
+    return Solver(graph, plan, outputs, machine_code=code)
+
+
+def assembled(graph: Graph) -> Configuration:
+    """Home, closed at round-off. Raises AssemblyError."""
+    held = {graph.coordinates[k].joint for k in graph.home}
+    guessed = {graph.coordinates[k].joint for k in (*graph.guess, *graph.stated)}
+    return assembly.home_of(graph, graph.tree(first=held, second=guessed))
+
+
+def _chosen(graph: Graph, coordinates: Sequence[str] | str | None) -> list[int | str]:
+    if isinstance(coordinates, str) and coordinates != "all":
+        coordinates = [coordinates]
+    if coordinates is None:
+        inside = [n for k, _ in graph.tree().steps for n in graph.joints[k].coordinates]
+        if graph.platform is not None:
+            inside += graph.joints[graph.platform].coordinates
+        return sorted(set(inside))
+    if coordinates == "all":
+        return [*range(len(graph.coordinates)), *graph.cones]
+    return [
+        name if name in graph.cones else graph.index(name, "coordinates") for name in coordinates
+    ]
+
+

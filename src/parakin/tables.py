@@ -1,0 +1,159 @@
+"""Results to files: CSV, NetCDF or Parquet by suffix, window by window, whole or not at all."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+import numpy as np
+
+from parakin.errors import InputError
+from parakin.files import replacing
+from parakin.results import ORDERS
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+SUFFIXES = (".csv", ".nc", ".parquet")
+_BODY = {
+    "position": "body_position",
+    "orientation": "body_orientation",
+    "velocity": "body_velocity",
+    "angular_velocity": "body_angular_velocity",
+    "acceleration": "body_acceleration",
+    "angular_acceleration": "body_angular_acceleration",
+}
+
+
+def check_output(path: Path) -> None:
+    """Raises InputError where `path` has no known suffix or its library is not installed."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(str(path), f"suffix {path.suffix!r}", f"one of {', '.join(SUFFIXES)}")
+    needs = {".nc": "h5netcdf", ".parquet": "pyarrow"}.get(path.suffix.lower())
+    if needs and importlib.util.find_spec(needs) is None:
+        raise InputError(str(path), f"{needs} not installed", "pip install 'parakin[files]'")
+
+
+def frame(ds: xr.Dataset) -> pd.DataFrame:
+    """The Dataset as a flat table: `time`, `A2.position`, ..., `status`, `residual`.
+
+    Bodies, where there are any, come before the last two: `rod.position.x`, ...
+    """
+    import pandas as pd
+
+    columns: dict[str, Any] = {"time": ds["time"].values}
+    orders = {order: ds[order].values for order in ORDERS}
+    for k, name in enumerate(ds["coordinate"].values.tolist()):
+        for order in ORDERS:
+            columns[f"{name}.{order}"] = orders[order][:, k]
+    if "body" in ds:
+        for b, body in enumerate(ds["body"].values.tolist()):
+            for label, variable in _BODY.items():
+                axes = ds["quaternion" if label == "orientation" else "axis"].values.tolist()
+                for a, axis in enumerate(axes):
+                    columns[f"{body}.{label}.{axis}"] = ds[variable].values[:, b, a]
+    columns["status"] = ds["status"].values
+    columns["residual"] = ds["residual"].values
+    return pd.DataFrame(columns)
+
+
+def write(windows: Iterable[xr.Dataset], path: Path) -> None:
+    """Write consecutive windows of one result to `path`.
+
+    Doubles are written in full. Nothing is left behind if it fails. Raises InputError where the
+    path cannot be written.
+    """
+    check_output(path)
+    writer: Callable[[Iterable[xr.Dataset], Path], None] = {
+        ".csv": _csv,
+        ".nc": _netcdf,
+        ".parquet": _parquet,
+    }[path.suffix.lower()]
+    with replacing(path) as temporary:
+        writer(windows, temporary)
+
+
+def write_csv(windows: Iterable[xr.Dataset], stream: TextIO) -> None:
+    """CSV to an open stream."""
+    for number, ds in enumerate(windows):
+        frame(ds).to_csv(stream, index=False, header=number == 0, lineterminator="\n")
+
+
+def _csv(windows: Iterable[xr.Dataset], path: Path) -> None:
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        write_csv(windows, stream)
+
+
+def _parquet(windows: Iterable[xr.Dataset], path: Path) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    writer = None
+    try:
+        for ds in windows:
+            table = pa.Table.from_pandas(frame(ds), preserve_index=False)
+            if writer is None:
+                meta = {k: str(v) for k, v in ds.attrs.items()}
+                schema = table.schema.with_metadata({**(table.schema.metadata or {}), **meta})
+                writer = pq.ParquetWriter(path, schema)
+            writer.write_table(table.cast(writer.schema))
+    finally:
+        if writer is not None:
+            writer.close()
+
+
+def _netcdf(windows: Iterable[xr.Dataset], path: Path) -> None:
+    import h5netcdf
+
+    iterator: Iterator[xr.Dataset] = iter(windows)
+    first = next(iterator)
+    with h5netcdf.File(path, "w") as file:
+        file.dimensions = {
+            str(name): None if name == "time" else size for name, size in first.sizes.items()
+        }
+        file.attrs.update(first.attrs)
+        for name, variable in first.variables.items():
+            values = variable.values
+            text = values.dtype.kind in "UO"
+            if values.dtype.kind == "b":
+                values = values.astype(np.int8)
+            chunks = None
+            if "time" in variable.dims:
+                chunks = tuple(
+                    min(size, 4096) if dim == "time" else size
+                    for dim, size in zip(variable.dims, values.shape, strict=True)
+                )
+            made = file.create_variable(
+                str(name),
+                variable.dims,
+                _text_type() if text else values.dtype,
+                chunks=chunks,
+            )
+            made.attrs.update(variable.attrs)
+            if "time" not in variable.dims:
+                made[...] = values.astype(object) if text else values
+        if "coordinate" in first:
+            for name in (*ORDERS, "home"):
+                file[name].attrs["coordinates"] = "unit actuated driven"
+        _append(file, first, 0)
+        total = first.sizes["time"]
+        for ds in iterator:
+            _append(file, ds, total)
+            total += ds.sizes["time"]
+
+
+def _text_type() -> Any:
+    import h5py
+
+    return h5py.string_dtype()
+
+
+def _append(file: Any, ds: xr.Dataset, start: int) -> None:
+    stop = start + ds.sizes["time"]
+    file.resize_dimension("time", stop)
+    for name, variable in ds.variables.items():
+        if "time" in variable.dims:
+            file[str(name)][start:stop] = np.ascontiguousarray(variable.values)
