@@ -136,15 +136,21 @@ class Graph:
         """The platform's free joint."""
         return next((k for k, joint in enumerate(self.joints) if joint.kind == "free"), None)
 
-    def tree(self, first: Collection[int] = (), second: Collection[int] = ()) -> Tree:
-        """The spanning tree that keeps joints `first` where it can, then joints `second`.
+    def tree(
+        self,
+        first: Collection[int] = (),
+        second: Collection[int] = (),
+        last: Collection[int] = (),
+    ) -> Tree:
+        """The spanning tree that keeps joints `first` where it can, then joints `second`, and
+        joints `last` only where it must.
 
         Otherwise it leaves out the joints of most freedom, since they close a loop with the
         fewest rows, and the later of equals: spherical joints before revolute ones.
         """
 
         def order(k: int) -> tuple[int, int, int]:
-            rank = 0 if k in first else (1 if k in second else 2)
+            rank = 0 if k in first else 1 if k in second else 3 if k in last else 2
             return (rank, len(self.joints[k].pairs), k)
 
         group = list(range(len(self.bodies)))

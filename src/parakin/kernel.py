@@ -33,7 +33,7 @@ CHECKS = 4
 class Outputs:
     """What a kernel returns, a scalar each: positions of `coordinates` (by number, or by name the
     cone angle of a spherical joint), their velocities and accelerations; with `checks` the
-    residual (norm of all closure rows, gaps in characteristic lengths), the conditioning (signed:
+    residual (norm of all closure rows [m]), the conditioning (signed:
     negative on another branch), the size of the last Newton step and the smallest cosine of an
     angle's distance from home; then 24 figures for every point of `points` (body, place on it):
     p_WB, R_WB row by row, v_WB, w_WB, a_WB, alpha_WB.
@@ -336,14 +336,14 @@ def canonical(plan: Plan) -> list[Row]:
 
 
 def _residual(plan: Plan, circuits: Circuits, functions: Functions) -> Scalar:
-    """The norm of all closure rows, redundant ones too, gaps in characteristic lengths."""
+    """The norm of all closure rows [m], redundant ones too; cosines count at the
+    characteristic length."""
     total: Scalar = 0.0
-    per_length = 1.0 / plan.graph.length
     for cut in plan.tree.cuts:
         end = closure.ends(circuits, cut)
         for row in closure.canonical_rows(plan.graph.joints[cut], cut):
             gap = closure.value(circuits, row, end)
-            gap = gap if row.kind == "align" else mul(per_length, gap)
+            gap = mul(plan.graph.length, gap) if row.kind == "align" else gap
             total = add(total, mul(gap, gap))
     if isinstance(total, float):
         return 0.0

@@ -32,6 +32,7 @@ Turns = Annotated[
 Angles = Annotated[
     tuple[tuple[str, Literal["x", "y", "z"]], ...], BeforeValidator(_tupled)
 ]
+Names = Annotated[tuple[str, ...], BeforeValidator(_tupled)]
 Range = Annotated[tuple[Quantity, Quantity], BeforeValidator(_tupled)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_ '-]{0,63}$")]
 Kind = Literal["revolute", "prismatic", "cylindrical", "universal", "spherical", "fixed"]
@@ -104,12 +105,12 @@ class Mechanism(Table):
     bodies: tuple[Body, ...]
     joints: tuple[Joint, ...]
     platform: Platform | None = None
-    driven: tuple[str, ...] = ()
+    driven: Names = ()
     home: Mapping[str, Quantity] = {}
     stated: Mapping[str, Quantity] = {}
     guess: Mapping[str, Quantity] = {}
     limits: Mapping[str, Range] = {}
-    from_home: tuple[str, ...] = ()
+    from_home: Names = ()
     motions: Mapping[str, Mapping[str, Any]] = {}
     origin: str = ""
 

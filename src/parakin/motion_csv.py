@@ -19,13 +19,16 @@ from parakin.motion import Motion, from_arrays
 
 MAX_BYTES = 2 * 10**9
 _QUANTITIES = ("position", "velocity", "acceleration")
-_ACCOMPANYING = ("status", "residual", "conditioning")  # columns of our own results
+_RESULTS = re.compile(  # columns that our own results hold beside those of driven coordinates
+    r"status|residual|conditioning"
+    r"|.+\.(orientation|(angular_)?(position|velocity|acceleration))(\.[wxyz])?"
+)
 _COLUMN = re.compile(r"([^\[\]]*?)\s*(?:\[(.*)\])?")
 _UNIT = re.compile(r"(?:[^\W\d_]|°)+(?:/s(?:\^2|\*\*2|²)?)?")
 
 
 class _Column(NamedTuple):
-    index: int
+    at: int
     header: str
     factor: float  # the column's unit in SI
 
@@ -44,8 +47,8 @@ def read_motion_csv(
     tabs part the columns, whichever the header has most of; numbers have a decimal point. Lines
     with # may stand before the header. The text is UTF-8.
 
-    So that a result can drive the next mechanism, columns of other coordinates are ignored if
-    they say which quantity they hold (`A2.position`), and so are status, residual and
+    So that a result can be a motion, columns of other coordinates and of bodies are left aside
+    if they say which quantity they hold (`A2.position`), and so are status, residual and
     conditioning. `smoothing` and `max_gap` are those of `from_arrays`. Raises InputError, with
     the file and where it can the line and column, on anything else.
     """
@@ -69,7 +72,7 @@ def read_motion_csv(
         table = np.loadtxt(
             rows,
             delimiter=delimiter,
-            usecols=[column.index for column in wanted],
+            usecols=[column.at for column in wanted],
             comments=None,
             quotechar='"',
             ndmin=2,
@@ -127,9 +130,8 @@ def _rows(
         quoted = '"' in line
         cells = len(_cells(line, delimiter)) if quoted else line.count(delimiter) + 1
         if cells != width:
-            raise InputError(
-                f"{place}, line {number}", f"{cells} cells", f"{width}, as in the header"
-            )
+            where = f"{place}, line {number}"
+            raise InputError(where, f"{cells} cells", f"{width}, as in the header")
         yield line
 
 
@@ -138,8 +140,7 @@ def _columns(
 ) -> dict[tuple[str, str], _Column]:
     """The columns by coordinate and quantity, ("time", "") among them; others are left out."""
     columns: dict[tuple[str, str], _Column] = {}
-    suffixed = [f"{name}.{quantity}" for name in dimensions for quantity in _QUANTITIES]
-    known = ["time", *dimensions, *suffixed, *_ACCOMPANYING]
+    known = ["time", *dimensions, *(f"{n}.{q}" for n in dimensions for q in _QUANTITIES)]
     for index, header in enumerate(headers):
         match = _COLUMN.fullmatch(header)
         name, unit = match.groups() if match else (header, None)
@@ -155,9 +156,7 @@ def _columns(
             length, time, angle = TIME if name == "time" else dimensions[coordinate]
             order = 0 if name == "time" else _QUANTITIES.index(quantity)
             factor = _factor(unit, (length, time - order, angle), f"{where} {header!r}")
-        elif name in _ACCOMPANYING or name != coordinate:
-            pass
-        else:
+        elif not _RESULTS.fullmatch(name):
             raise InputError(where, f"{header!r}", nearest(name, known))
         columns[coordinate, quantity] = _Column(index, header, factor)
     for coordinate, quantity in [("time", ""), *((name, "position") for name in dimensions)]:
@@ -193,7 +192,7 @@ def _refuse_cell(path: Path, delimiter: str, wanted: Sequence[_Column]) -> None:
     for number, line in itertools.islice(_lines(path), 1, None):
         cells = _cells(line, delimiter)
         for column in wanted:
-            cell = cells[column.index]
+            cell = cells[column.at]
             try:  # like loadtxt, and unlike Python's float, no 1_000 and no digits beyond ASCII
                 sound = math.isfinite(float(cell)) and cell.isascii() and "_" not in cell
             except ValueError:

@@ -87,13 +87,23 @@ class Plan:
         return float(self.home[coordinate]) if coordinate in self.graph.from_home else 0.0
 
 
-def plan_of(graph: Graph, driven: Sequence[int], home: Configuration) -> Plan:
+def plan_of(
+    graph: Graph, driven: Sequence[int], home: Configuration, cut: Sequence[int] = ()
+) -> Plan:
     """Choose tree, rows and order for these driven coordinates.
 
-    Raises DrivenError where they do not determine the motion at home.
+    cut: joints to leave out of the tree; without them the cheapest tree is looked for.
+    Raises DrivenError where the driven coordinates do not determine the motion at home, or where
+    no tree leaves out those joints and keeps the driven ones.
     """
     firm = {graph.coordinates[k].joint for k in driven}
-    tree = graph.tree(first=firm)
+    tree = graph.tree(first=firm, last=cut)
+    if not set(cut) <= set(tree.cuts):
+        kept = sorted(graph.joints[k].name for k in set(cut) - set(tree.cuts))
+        raise DrivenError(
+            f"{graph.mechanism.where}: {', '.join(kept)} cannot be left out of the tree: without "
+            "them some body would be reached by no joint, or they are driven"
+        )
     if not firm <= {k for k, _ in tree.steps}:
         loose = sorted(graph.joints[k].name for k in firm & set(tree.cuts))
         raise DrivenError(
@@ -106,7 +116,7 @@ def plan_of(graph: Graph, driven: Sequence[int], home: Configuration) -> Plan:
     check_driven(graph, driven, home, samples)
     affine = _affine(graph, driven, home, samples)
     best = _analysed(graph, tree, driven, affine, samples)
-    improved = True
+    improved = not cut
     while improved and _cost(best[1]) > sum(len(b.unknowns) for b in best[1]):
         improved = False
         for other in _exchanges(graph, best[0], firm, best[1]):

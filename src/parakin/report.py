@@ -223,12 +223,11 @@ def solve_report(
             f"{scale * found.speed[k]:.3f} {unit}/s",
             f"{scale * found.acceleration[k]:.3f} {unit}/s²",
         )
-    length = float(ds.attrs["characteristic_length"])
     rate = found.samples / seconds if seconds else math.inf
     lines = [
         Text(
             f"{found.samples:,} samples solved in {_time(seconds)} ({_rate(rate)}); worst residual "
-            f"{found.residual * length:.1e} m, least conditioning {found.conditioning:.3f}"
+            f"{found.residual:.1e} m, least conditioning {found.conditioning:.3f}"
         )
     ]
     if "spline" in ds.attrs["motion_derivatives"]:

@@ -51,7 +51,7 @@ def dataset(
     checks = 3 * n
     variables |= {
         "status": ("time", status, _status_attributes()),
-        "residual": ("time", out[checks], {"long_name": "norm of all closure rows", "units": "1"}),
+        "residual": ("time", out[checks], {"long_name": "norm of all closure rows", "units": "m"}),
         "conditioning": ("time", out[checks + 1], {"units": "1"}),
         "home": ("coordinate", [solver.home.get(name, np.nan) for name in solver.coordinates]),
     }

@@ -26,6 +26,8 @@ from parakin.motion import Motion, Samples
 from parakin.ordering import Plan, plan_of
 from parakin.results import dataset
 from parakin.tracking import (
+    RESIDUAL,
+    SINGULAR,
     Ending,
     FloatArray,
     Layout,
@@ -103,7 +105,7 @@ class Solver:
         driven, found = np.zeros((3, k)), np.zeros((3, m))
         driven[0] = [self.home[name] for name in self.driven]
         found[0] = [self.home[self._name(c)] for c in self._iterated]
-        return State(-np.inf, driven, found)
+        return State(np.nan, driven, found)  # of no time: the first step is a jump
 
     def _run(self, inputs: FloatArray, *, parallel: bool = False) -> FloatArray:
         out = np.empty((self._results, *inputs.shape[1:]))
@@ -123,7 +125,8 @@ class Solver:
         zero where not given. guess: positions as an earlier `Tick` gave them, rows
         `coordinates`; angles come out within half a turn of it, and coordinates that are
         iterated start from it (from home without it, in small steps).
-        Samples that fail have a status other than CONVERGED and NaN throughout.
+        Samples that fail have a status other than CONVERGED and NaN throughout. Derivatives that
+        the solver was not compiled for come as arrays of no rows.
         Raises InputError on arrays of the wrong shape.
         """
         inputs = self._inputs_of(y, yd, ydd)
@@ -139,15 +142,13 @@ class Solver:
             drift = (guess[rows] - position[rows]) * (0.5 / np.pi)
             if np.abs(drift).max(initial=0.0) > 0.5:
                 position[rows] += 2 * np.pi * np.round(drift)
-        velocity = out[n : 2 * n] if orders > 0 else np.full_like(position, np.nan)
-        acceleration = out[2 * n : 3 * n] if orders > 1 else np.full_like(position, np.nan)
+        velocity = out[n : 2 * n] if orders > 0 else out[:0]
+        acceleration = out[2 * n : 3 * n] if orders > 1 else out[:0]
         if not self._outputs.checks:
-            lost = np.isnan(position).any(axis=0)
-            status = np.where(lost, Status.OUT_OF_REACH, Status.CONVERGED).astype(np.int8)
-            return Tick(position, velocity, acceleration, status, np.nan * lost, np.nan * lost)
+            return self._unchecked(position, velocity, acceleration)
         if out.ndim == 1:
             residual, conditioning = float(out[checks]), float(out[checks + 1])
-            if residual <= 1e-12 and conditioning >= 1e-6:
+            if residual <= self._layout.tolerance and conditioning >= SINGULAR:
                 return Tick(position, velocity, acceleration, 0, residual, conditioning)
             verdict = int(classify(out[:, None], self._layout)[0])
             if verdict:
@@ -157,6 +158,14 @@ class Solver:
         if status.any():
             out[:checks, status > 0] = np.nan
         return Tick(position, velocity, acceleration, status, out[checks], out[checks + 1])
+
+    def _unchecked(
+        self, position: FloatArray, velocity: FloatArray, acceleration: FloatArray
+    ) -> Tick:
+        status = np.zeros(position.shape[1:], dtype=np.int8)
+        if np.isnan(position.sum()):
+            status = np.where(np.isnan(position).any(axis=0), Status.OUT_OF_REACH, status)
+        return Tick(position, velocity, acceleration, status, np.nan, np.nan)
 
     def _inputs_of(
         self, y: ArrayLike, yd: ArrayLike | None, ydd: ArrayLike | None
@@ -171,7 +180,7 @@ class Solver:
             if part.shape != first.shape:
                 raise InputError(name, f"shape {part.shape}", f"{first.shape}, that of y")
             parts.append(part)
-        return np.concatenate(parts)
+        return np.concatenate(parts) if len(parts) > 1 else np.ascontiguousarray(first)
 
     def _iterate(self, inputs: FloatArray, guess: FloatArray | None) -> FloatArray:
         single = inputs.ndim == 1
@@ -369,6 +378,7 @@ def _layout(plan: Plan, outputs: Outputs) -> Layout:
         np.array(angles, dtype=np.intp),
         n,
         n * (outputs.derivatives + 1),
+        RESIDUAL * plan.graph.length,
     )
 
 
@@ -379,6 +389,7 @@ def compile(
     coordinates: Sequence[str] | str | None = None,
     derivatives: int = 2,
     checks: bool = True,
+    cut: Sequence[str] = (),
     machine_code: bool | None = None,
     parameters: Mapping[str, Value] | None = None,
 ) -> Solver:
@@ -388,7 +399,8 @@ def compile(
     coordinates: which to report: by default those of a spanning tree and the platform's pose;
     "all" adds those of the joints outside the tree, and the cone angles of spherical joints; or
     a list of names. derivatives: 0, 1 or 2. checks: False leaves out residual and conditioning
-    (only what is out of reach is then flagged). machine_code: False runs on NumPy arrays, None
+    (only what is out of reach is then flagged). cut: joints to leave out of the spanning tree that
+    is solved; by default those that make the smallest systems. machine_code: False runs on NumPy arrays, None
     takes machine code where heyoka is installed. parameters: overrides.
     Raises InputError, AssemblyError, DrivenError.
     """
@@ -403,7 +415,11 @@ def compile(
     if len(set(names)) < len(names):
         raise DrivenError(f"{mechanism.where}: a coordinate is driven twice: {', '.join(names)}")
     numbers = [graph.index(name, f"{mechanism.where}: driven") for name in names]
-    plan = plan_of(graph, numbers, assembled(graph))
+    joints = [joint.name for joint in graph.joints]
+    for name in cut:
+        if name not in joints:
+            raise InputError("cut", f"unknown joint {name!r}", nearest(name, joints))
+    plan = plan_of(graph, numbers, assembled(graph), [joints.index(name) for name in cut])
     chosen = list(_chosen(graph, coordinates))
     if derivatives or checks:
         chosen += [k for k in newton_unknowns(plan) if k not in chosen]

@@ -56,12 +56,16 @@ class State(NamedTuple):
 
 @dataclass(frozen=True)
 class Layout:
-    """Where a kernel's outputs lie: rows of iterated coordinates (3, m), of angles, of checks."""
+    """Where a kernel's outputs lie: rows of iterated coordinates (3, m), of angles, of checks.
+
+    `tolerance` is the residual that counts as closed [m].
+    """
 
     found: NDArray[np.intp]
     angles: NDArray[np.intp]
     coordinates: int
     checks: int
+    tolerance: float
 
 
 Run = Callable[[FloatArray], FloatArray]
@@ -71,11 +75,11 @@ def classify(out: FloatArray, layout: Layout) -> StatusArray:
     """A status per sample from its residual and conditioning."""
     residual, conditioning = out[layout.checks], out[layout.checks + 1]
     status = np.zeros(out.shape[1], dtype=np.int8)
-    if residual.max(initial=0.0) <= RESIDUAL and conditioning.min(initial=1.0) >= SINGULAR:
+    if residual.max(initial=0.0) <= layout.tolerance and conditioning.min(initial=1.0) >= SINGULAR:
         return status
     status[~(conditioning >= SINGULAR)] = Status.SINGULAR
     status[conditioning < -SINGULAR] = Status.BRANCH_CHANGE
-    status[~(residual <= RESIDUAL)] = Status.ITERATION_LIMIT
+    status[~(residual <= layout.tolerance)] = Status.ITERATION_LIMIT
     status[np.isnan(residual)] = Status.OUT_OF_REACH
     return status
 
@@ -179,7 +183,7 @@ class Tracker:
         out = self._run(_columns(y, guess))
         checks = self._layout.checks
         for _ in range(_REPEATS):
-            open_ = ~(out[checks] <= RESIDUAL) & ~np.isnan(out[checks])
+            open_ = ~(out[checks] <= self._layout.tolerance) & ~np.isnan(out[checks])
             if not open_.any():
                 break
             again = self._run(
@@ -197,9 +201,8 @@ class Tracker:
         """One step from the last state to `y` (3, k), accepted only on the same branch."""
         a = self.state
         h = time - a.time
-        guess = a.found[0] + h * a.found[1] + 0.5 * h * h * a.found[2]
-        if not h > 0:  # a jump in place: along the straight line between the driven values
-            guess = a.found[0]
+        # Without time between them (from home, say) there is nothing to predict with.
+        guess = a.found[0] + h * a.found[1] + 0.5 * h * h * a.found[2] if h > 0 else a.found[0]
         out = self.solve(y[:, :, None], guess[:, None])
         status = Status(int(classify(out, self._layout)[0]))
         if status == Status.CONVERGED:
