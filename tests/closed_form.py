@@ -66,20 +66,20 @@ class Jet:
         return Jet(f, df * self.rate, ddf * self.rate**2 + df * self.accel)
 
     def __add__(self, other: Jet | Number) -> Jet:
-        o = _jet(other)
+        o = jet(other)
         return Jet(self.value + o.value, self.rate + o.rate, self.accel + o.accel)
 
     def __neg__(self) -> Jet:
         return Jet(-self.value, -self.rate, -self.accel)
 
     def __sub__(self, other: Jet | Number) -> Jet:
-        return self + -_jet(other)
+        return self + -jet(other)
 
     def __rsub__(self, other: Jet | Number) -> Jet:
         return -self + other
 
     def __mul__(self, other: Jet | Number) -> Jet:
-        o = _jet(other)
+        o = jet(other)
         return Jet(
             self.value * o.value,
             self.rate * o.value + self.value * o.rate,
@@ -87,35 +87,38 @@ class Jet:
         )
 
     def __truediv__(self, other: Jet | Number) -> Jet:
-        o = _jet(other)
+        o = jet(other)
         return self * o._chain(1 / o.value, -1 / o.value**2, 2 / o.value**3)
+
+    def __rtruediv__(self, other: Jet | Number) -> Jet:
+        return jet(other) / self
 
     __radd__ = __add__
     __rmul__ = __mul__
 
 
-def _jet(x: Jet | Number) -> Jet:
+def jet(x: Jet | Number) -> Jet:
     return x if isinstance(x, Jet) else Jet(MP.mpf(x))
 
 
-def _sin(x: Jet) -> Jet:
+def sin(x: Jet) -> Jet:
     s, c = MP.sin(x.value), MP.cos(x.value)
     return x._chain(s, c, -s)
 
 
-def _cos(x: Jet) -> Jet:
+def cos(x: Jet) -> Jet:
     s, c = MP.sin(x.value), MP.cos(x.value)
     return x._chain(c, -s, -c)
 
 
-def _sqrt(x: Jet) -> Jet:
+def sqrt(x: Jet) -> Jet:
     if x.value <= 0:
         raise ValueError("out of reach: the circles, or the circle and the line, do not intersect")
     root = MP.sqrt(x.value)
     return x._chain(root, 1 / (2 * root), -1 / (4 * root**3))
 
 
-def _atan2(y: Jet, x: Jet) -> Jet:
+def atan2(y: Jet, x: Jet) -> Jet:
     """The angle of (x, y). Its rate is (x y' - y x') / r^2, which is differentiated once more."""
     square = x * x + y * y
     rate = (x.value * y.rate - y.value * x.rate) / square.value
@@ -132,9 +135,9 @@ def _rod(p: Parameters, x: Jet, y: Jet, side: int = 1) -> tuple[Jet, Jet]:
     u, v = x - (p.d2 + p.d3), y
     square = u * u + v * v
     dot = (square + p.l3**2 - (p.h - p.d1) ** 2) / 2  # of D1D2 and D1G
-    along, across = dot / square, side * _sqrt(p.l3**2 * square - dot * dot) / square
+    along, across = dot / square, side * sqrt(p.l3**2 * square - dot * dot) / square
     crank_x, crank_y = along * u - across * v, along * v + across * u
-    return _atan2(v - crank_y, u - crank_x), _atan2(crank_y, crank_x)
+    return atan2(v - crank_y, u - crank_x), atan2(crank_y, crank_x)
 
 
 def _side_leg(p: Parameters, tip: tuple[Jet, Jet, Jet], side: int) -> tuple[Jet, Jet, Jet]:
@@ -145,29 +148,29 @@ def _side_leg(p: Parameters, tip: tuple[Jet, Jet, Jet], side: int) -> tuple[Jet,
     """
     x, y, z = tip[0] - (p.d2 + p.d3 + p.d4), tip[1], p.d5 - side * tip[2]
     in_plane = x * x + y * y
-    return _atan2(-x, y), _atan2(_sqrt(in_plane), z), _sqrt(in_plane + z * z)
+    return atan2(-x, y), atan2(sqrt(in_plane), z), sqrt(in_plane + z * z)
 
 
 def _geometry(p: Parameters, x: Jet, y: Jet, phi: Jet) -> dict[str, Jet]:
     """Every coordinate but psi, with the lengths |A1A3|, |B1B4| and |C1C4| for A2, B3 and C3."""
     gamma, angle_d = _rod(p, x, y)
-    rod_x, rod_y = _cos(gamma), _sin(gamma)
+    rod_x, rod_y = cos(gamma), sin(gamma)
 
     a3_x, a3_y = x - p.h * rod_x, y - p.h * rod_y
-    angle_a = _atan2(a3_y, a3_x)
-    length_a = _sqrt(a3_x * a3_x + a3_y * a3_y)
+    angle_a = atan2(a3_y, a3_x)
+    length_a = sqrt(a3_x * a3_x + a3_y * a3_y)
 
     # B4 - G = -a40^T (b/2) u1 = -(C4 - G)
-    arm_x, arm_y = p.b / 2 * _sin(phi) * rod_y, -p.b / 2 * _sin(phi) * rod_x
-    arm_z = p.b / 2 * _cos(phi)
+    arm_x, arm_y = p.b / 2 * sin(phi) * rod_y, -p.b / 2 * sin(phi) * rod_x
+    arm_z = p.b / 2 * cos(phi)
     b1, b2, length_b = _side_leg(p, (x + arm_x, y + arm_y, arm_z), +1)
     c1, c2, length_c = _side_leg(p, (x - arm_x, y - arm_y, -arm_z), -1)
 
     # |D2 + s rod - E1| = l4: the positive of the two roots s
     w_x, w_y = a3_x + p.d1 * rod_x - p.d2, a3_y + p.d1 * rod_y
     w_rod = w_x * rod_x + w_y * rod_y
-    s = _sqrt(w_rod * w_rod - (w_x * w_x + w_y * w_y) + p.l4**2) - w_rod
-    angle_e = _atan2(w_y + s * rod_y, w_x + s * rod_x)
+    s = sqrt(w_rod * w_rod - (w_x * w_x + w_y * w_y) + p.l4**2) - w_rod
+    angle_e = atan2(w_y + s * rod_y, w_x + s * rod_x)
 
     return (
         {"A1": angle_a, "A2": length_a, "A3": angle_a - gamma, "A4": phi}
@@ -194,14 +197,14 @@ class Home:
 @cache
 def home(p: Parameters) -> Home:
     """Assemble the central configuration: G at (d2 + d3 + d4, h_G), phi = 0."""
-    q = _geometry(p, _jet(p.d2 + p.d3 + p.d4), _jet(p.h_G), _jet(0))
+    q = _geometry(p, jet(p.d2 + p.d3 + p.d4), jet(p.h_G), jet(0))
     names = ("gamma", "A1", "A3", "B1.2", "D1", "E1", "E2P", "A2", "B3")
     return Home(*(q[name].value for name in names))
 
 
 def home_inclinations(p: Parameters) -> tuple[Number, Number]:
     """gamma0 on the paper's branch, and on the other one."""
-    x, y = _jet(p.d2 + p.d3 + p.d4), _jet(p.h_G)
+    x, y = jet(p.d2 + p.d3 + p.d4), jet(p.h_G)
     return _rod(p, x, y, +1)[0].value, _rod(p, x, y, -1)[0].value
 
 
@@ -212,7 +215,7 @@ def example(n: int, t: Number, p: Parameters = Parameters()) -> tuple[Triple, Tr
     """
     amplitude = (MP.mpf("0.05") * (n >= 2), MP.mpf("0.1"), MP.pi / 12 * (n >= 3))
     rest = (p.d2 + p.d3 + p.d4, p.h_G, MP.mpf(0))
-    course = 1 - _cos(Jet(MP.pi / 3 * MP.mpf(t), MP.pi / 3))
+    course = 1 - cos(Jet(MP.pi / 3 * MP.mpf(t), MP.pi / 3))
     x, y, phi = (start + a * course for start, a in zip(rest, amplitude, strict=True))
     return (
         (x.value, y.value, phi.value),

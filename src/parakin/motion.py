@@ -172,8 +172,10 @@ def waypoints(times: ArrayLike, values: ArrayLike) -> Law:
     """
     t = _array(times, "times", (-1,))
     x = _array(values, "values", t.shape)
-    if len(t) < 2 or not (np.diff(t) > 0).all():
+    if len(t) < 2 or not np.isfinite(t).all() or not (np.diff(t) > 0).all():
         raise InputError("times", f"{t.tolist()}", "two or more, increasing")
+    if not np.isfinite(x).all():
+        raise InputError("values", f"{x.tolist()}", "finite numbers")
     rest = [(1, 0.0), (2, 0.0)]
     spline = _spline(t, x, "times", (rest, rest))
 
@@ -324,10 +326,11 @@ def _spline(t: FloatArray, x: FloatArray, place: str, ends: Any = None) -> Any:
     """The quintic spline (scipy's BSpline) through x (n,) at t (n,)."""
     from scipy.interpolate import make_interp_spline  # here, as it takes long to import
 
-    try:
-        return make_interp_spline(t, x, k=5, bc_type=ends)
-    except ValueError as error:  # also LinAlgError: times so uneven that no digits are left
-        raise InputError(place, str(error), "finite samples, not too unevenly spaced") from None
+    step = np.diff(t)
+    if not step.max() <= 1e4 * step.min():  # beyond, it may swing wildly between the samples
+        found = f"steps from {step.min():g} s to {step.max():g} s"
+        raise InputError(place, found, "steps within a factor of 10,000, for a spline")
+    return make_interp_spline(t, x, k=5, bc_type=ends)
 
 
 def _smoothed(t: FloatArray, x: FloatArray, deviation: float, place: str) -> Any:
@@ -338,13 +341,13 @@ def _smoothed(t: FloatArray, x: FloatArray, deviation: float, place: str) -> Any
     by less than three standard errors. (FITPACK's smoothing, its sum of squares set to
     n deviation², follows the noise once `deviation` is a little too small.)
     """
-    from scipy.interpolate import make_lsq_spline
+    from scipy.interpolate import BSpline, splrep
 
     intervals, variance = 1, 0.0
     while 4 * (intervals + 5) <= len(t):  # four samples per coefficient tell noise from motion
         inner = t[np.arange(1, intervals) * (len(t) - 1) // intervals]
-        knots = np.concatenate([np.full(6, t[0]), inner, np.full(6, t[-1])])
-        spline = make_lsq_spline(t, x, knots, k=5, method="norm-eq")
+        # FITPACK's own least squares: make_lsq_spline's time grows with samples times intervals.
+        spline = BSpline(*splrep(t, x, k=5, t=inner, task=-1))
         freedom = len(t) - intervals - 5
         variance = np.sum((spline(t) - x) ** 2) / freedom
         if variance <= deviation**2 * (1 + 3 * np.sqrt(2 / freedom)):

@@ -68,14 +68,10 @@ def read_motion_csv(
     if first is None:
         raise InputError(str(path), "only a header", "samples below it")
     rows = _rows(itertools.chain([first], lines), delimiter, len(headers), str(path))
+    used = [column.at for column in wanted]
     try:
         table = np.loadtxt(
-            rows,
-            delimiter=delimiter,
-            usecols=[column.at for column in wanted],
-            comments=None,
-            quotechar='"',
-            ndmin=2,
+            rows, delimiter=delimiter, usecols=used, comments=None, quotechar='"', ndmin=2
         )
     except ValueError as error:
         _refuse_cell(path, delimiter, wanted)
@@ -127,8 +123,7 @@ def _rows(
 ) -> Iterator[str]:
     """The lines, each checked to have `width` cells, which loadtxt does not where it picks."""
     for number, line in lines:
-        quoted = '"' in line
-        cells = len(_cells(line, delimiter)) if quoted else line.count(delimiter) + 1
+        cells = len(_cells(line, delimiter)) if '"' in line else line.count(delimiter) + 1
         if cells != width:
             where = f"{place}, line {number}"
             raise InputError(where, f"{cells} cells", f"{width}, as in the header")
@@ -191,8 +186,7 @@ def _refuse_cell(path: Path, delimiter: str, wanted: Sequence[_Column]) -> None:
     """Look for the first cell that is no finite number and refuse it."""
     for number, line in itertools.islice(_lines(path), 1, None):
         cells = _cells(line, delimiter)
-        for column in wanted:
-            cell = cells[column.at]
+        for column, cell in ((c, cells[c.at]) for c in wanted if c.at < len(cells)):
             try:  # like loadtxt, and unlike Python's float, no 1_000 and no digits beyond ASCII
                 sound = math.isfinite(float(cell)) and cell.isascii() and "_" not in cell
             except ValueError:
