@@ -112,9 +112,18 @@ def _axis_of(circuits: Circuits, end: Ends, coordinate: int) -> tuple[Vector, Ve
     return axis.direction, axis.point
 
 
-def arm(circuits: Circuits, row: Row, end: Ends, side: float) -> Vector:
-    """For a "centre" row: from the centre to the point on the child's (+1) or parent's side."""
-    return minus(end.M.p if side > 0 else end.F.p, _axis_of(circuits, end, row.a)[1])
+def arm(
+    circuits: Circuits, row: Row, end: Ends, coordinate: int, side: float
+) -> tuple[Vector, float]:
+    """How a "centre" row sees a coordinate: the arm from the centre, and the sign of its square.
+
+    The coordinate moves the point on its own side about a fixed centre, or, where the centre is
+    beyond it on the same side, moves the centre and with it the arm to the point opposite.
+    """
+    path = circuits.path[end.child if side > 0 else end.parent]
+    carried = row.a in path and path.index(coordinate) < path.index(row.a)
+    sign = -side if carried else side
+    return minus(end.M.p if sign > 0 else end.F.p, _axis_of(circuits, end, row.a)[1]), sign
 
 
 def direction(circuits: Circuits, row: Row, end: Ends) -> Vector:
@@ -150,9 +159,10 @@ def derivative(circuits: Circuits, row: Row, end: Ends, coordinate: int, side: f
         w, _ = pair_velocity(axis, sign * side, end.F.p)
         u, v = column(end.F.R, row.a), column(end.M.R, row.b)
         return dot(w, cross(v, u))
-    # The arm to one side is exact on open loops too, if the coordinate leaves the centre alone.
-    centre = row.kind == "centre"
-    u = arm(circuits, row, end, side) if centre else direction(circuits, row, end)
+    if row.kind == "centre":  # exact on open loops too
+        u, _ = arm(circuits, row, end, coordinate, side)
+    else:
+        u = direction(circuits, row, end)
     w, v = pair_velocity(axis, sign * side, end.M.p if side > 0 else end.F.p)
     slope = dot(u, v)
     if side < 0 and not closes_point(circuits.graph.joints[row.cut]):

@@ -5,6 +5,9 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+_NAMES = 40  # listed in a message
+_LENGTH = 1000  # of each part of a message
+
 
 class ParakinError(Exception):
     """Anything parakin refuses or cannot do; the command line prints it and exits with 2."""
@@ -14,10 +17,10 @@ class InputError(ParakinError):
     """Input that does not mean anything: a file, a name, a value, an expression."""
 
     def __init__(self, place: str, found: str, expected: str) -> None:
-        self.place = place
-        self.found = found
-        self.expected = expected
-        super().__init__(f"{place}: found {found}; expected {expected}")
+        self.place = _line(place)
+        self.found = _line(found)
+        self.expected = _line(expected)
+        super().__init__(f"{self.place}: found {self.found}; expected {self.expected}")
 
     def within(self, outer: str) -> InputError:
         """The same error, its place prefixed by what encloses it (a file, a table)."""
@@ -37,9 +40,17 @@ class NotSolvedError(ParakinError):
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """What exists, the nearest to `name` first, as the tail of a message."""
+    """What exists, and which of it comes nearest to `name`, as the tail of a message."""
     names = sorted(known)
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    hint = f"did you mean {close[0]!r}? " if close else ""
-    shown = ", ".join(names[:30]) + (", ..." if len(names) > 30 else "")
-    return f"{hint}one of: {shown}" if names else "none: there are none"
+    if not names:
+        return "none: there are none"
+    folded = {other.casefold(): other for other in names}
+    close = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.5)
+    hint = f"; did you mean {folded[close[0]]!r}?" if close else ""
+    return f"one of: {', '.join(names[:_NAMES])}{', ...' if len(names) > _NAMES else ''}{hint}"
+
+
+def _line(text: str) -> str:
+    """`text` on one line of bounded length, whatever names and values it quotes."""
+    text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text[:_LENGTH])
+    return text if len(text) < _LENGTH else f"{text[: _LENGTH - 3]}..."

@@ -201,12 +201,11 @@ def _closed_form(
         if block.form == "linear":
             angles.give(circuits, k, -c / b)
             return
-        side = closure.loop(rest, row.cut)[k]
+        u, side = closure.arm(rest, row, end, k, closure.loop(rest, row.cut)[k])
         reach = sub(mul(b, b), mul(2.0 * side, c))
         root = functions.sqrt(reach)
         angles.give(circuits, k, mul(side, sub(mul(block.sign, root), b)))
         if not block.regular:
-            u = closure.arm(rest, row, end, side)
             aside = sub(dot(u, u), mul(b, b))  # the square of the centre's distance from the slide
             quality.append(functions.sqrt(reach / add(reach, aside)))
         return

@@ -86,7 +86,7 @@ def constant(value: float) -> Law:
 
 
 def cosine(start: float, by: float, duration: float, begin: float = 0.0) -> Law:
-    """start + by/2 (1 - cos(π (t - begin)/duration)) from rest to rest, constant outside.
+    """Rest to rest by start + by/2 (1 - cos(π (t - begin)/duration)), constant outside.
 
     Equation (6) of the paper, where `by` is twice x*. Its acceleration jumps at both ends; there
     it is that of the moving side.
@@ -128,7 +128,7 @@ def _rest_to_rest(shape: Law, start: float, by: float, duration: float, begin: f
 
 
 def sine(center: float, amplitude: float, frequency: float, phase: float = 0.0) -> Law:
-    """center + amplitude sin(2π frequency t + phase); frequency [Hz], phase [rad]."""
+    """The sine center + amplitude sin(2π frequency t + phase); frequency [Hz], phase [rad]."""
     return sines(center, [(amplitude, frequency, phase)])
 
 
@@ -148,7 +148,7 @@ def sines(center: float, terms: Sequence[tuple[float, float, float]]) -> Law:
     return law
 
 
-def chirp(
+def chirp(  # noqa: PLR0917
     center: float, amplitude: float, f0: float, f1: float, duration: float, phase: float = 0.0
 ) -> Law:
     """A sine whose frequency changes linearly from f0 [Hz] at t = 0 to f1 at t = duration."""
@@ -220,7 +220,7 @@ def from_laws(name: str, laws: Mapping[str, Law], duration: float, rate: float) 
 # ---- samples
 
 
-def from_arrays(
+def from_arrays(  # noqa: PLR0917
     name: str,
     coordinates: Sequence[str],
     time: ArrayLike,
@@ -505,23 +505,19 @@ def flatten(table: Mapping[str, Any], place: str) -> dict[str, Any]:
     A table of nothing but tables is a part of a name. Raises InputError on a name given twice.
     """
     flat: dict[str, Any] = {}
-    pending = list(table.items())
-    while pending:  # not recursion: TOML nests deeper than Python calls
-        name, entry = pending.pop()
-        if (
-            isinstance(entry, Mapping)
-            and entry
-            and all(isinstance(inner, Mapping) for inner in entry.values())
-        ):
-            pending += [(f"{name}.{key}", inner) for key, inner in entry.items()]
-        elif name in flat:
+    for key, entry in table.items():
+        laws = {key: entry}
+        if isinstance(entry, Mapping) and entry:
+            if all(isinstance(inner, Mapping) for inner in entry.values()):
+                inside = flatten(entry, f"{place}.{key}")
+                laws = {f"{key}.{name}": law for name, law in inside.items()}
+        for name in laws.keys() & flat.keys():
             raise InputError(f"{place}.{name}", "two laws", "one")
-        else:
-            flat[name] = entry
+        flat |= laws
     return flat
 
 
-def from_table(
+def from_table(  # noqa: PLR0917
     table: Mapping[str, Any],
     name: str,
     parameters: Parameters,
@@ -548,7 +544,8 @@ def from_table(
         _refuse_unless_positive(rate, f"{place}.rate")
     for coordinate in checked.laws:
         if coordinate not in dimensions:
-            raise InputError(f"{place}.laws", f"{coordinate!r}", nearest(coordinate, dimensions))
+            found = f"{coordinate!r}, not driven"
+            raise InputError(f"{place}.laws", found, nearest(coordinate, dimensions))
     laws = {coordinate: constant(home[coordinate]) for coordinate in dimensions}
     for coordinate, law in checked.laws.items():
         try:
@@ -620,6 +617,6 @@ def _law(
 
 
 def _refuse_outside(begin: float, end: float, span: float, place: str) -> None:
-    if not (begin >= 0 and end <= span * (1 + _SLACK)):
+    if not 0 <= begin <= end <= span * (1 + _SLACK):
         found = f"a law from {begin:g} s to {end:g} s"
         raise InputError(place, found, f"one within the motion, 0 s to {span:g} s")

@@ -58,7 +58,7 @@ def read_motion_csv(
     if not header:
         raise InputError(str(path), "no text", "a header and samples")
     delimiter = max(",;\t", key=header.count)
-    headers = _cells(header, delimiter)
+    headers = _cells(header, delimiter, f"{path}, header")
     columns = _columns(headers, dimensions, str(path))
     wanted = [columns["time", ""]]
     quantities = [q for q in _QUANTITIES if _complete(columns, q, dimensions, str(path))]
@@ -81,17 +81,10 @@ def read_motion_csv(
     table *= [column.factor for column in wanted]
     time, values = table[:, 0], table[:, 1:].T.reshape(len(quantities), len(dimensions), -1)
     given = dict(zip(quantities, values, strict=True))
+    v, a = given.get("velocity"), given.get("acceleration")
+    names = tuple(dimensions)
     try:
-        return from_arrays(
-            path.stem,
-            tuple(dimensions),
-            time,
-            given["position"],
-            given.get("velocity"),
-            given.get("acceleration"),
-            smoothing,
-            max_gap,
-        )
+        return from_arrays(path.stem, names, time, given["position"], v, a, smoothing, max_gap)
     except InputError as error:
         raise error.within(str(path)) from None
 
@@ -100,8 +93,8 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
     """The header and what follows, with line numbers from 1; blank lines are left out."""
     try:
         status = path.stat()
-        if stat.S_ISDIR(status.st_mode):
-            raise InputError(str(path), "a directory", "a CSV file")
+        if not stat.S_ISREG(status.st_mode):
+            raise InputError(str(path), "a directory or device", "a CSV file")
         if status.st_size > MAX_BYTES:
             raise InputError(str(path), f"{status.st_size} bytes", f"at most {MAX_BYTES}")
         with path.open(encoding="utf-8-sig") as file:
@@ -114,8 +107,11 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
         raise InputError(str(path), f"{reason}".lower(), "a readable CSV file") from None
 
 
-def _cells(line: str, delimiter: str) -> list[str]:
-    return [cell.strip() for cell in next(csv.reader([line.strip("\n")], delimiter=delimiter))]
+def _cells(line: str, delimiter: str, place: str) -> list[str]:
+    try:
+        return [cell.strip() for cell in next(csv.reader([line.strip("\n")], delimiter=delimiter))]
+    except csv.Error as error:  # a cell of more than 131072 characters, a null character
+        raise InputError(place, str(error), "cells of text or numbers") from None
 
 
 def _rows(
@@ -123,9 +119,9 @@ def _rows(
 ) -> Iterator[str]:
     """The lines, each checked to have `width` cells, which loadtxt does not where it picks."""
     for number, line in lines:
-        cells = len(_cells(line, delimiter)) if '"' in line else line.count(delimiter) + 1
+        where = f"{place}, line {number}"
+        cells = len(_cells(line, delimiter, where)) if '"' in line else line.count(delimiter) + 1
         if cells != width:
-            where = f"{place}, line {number}"
             raise InputError(where, f"{cells} cells", f"{width}, as in the header")
         yield line
 
@@ -185,7 +181,7 @@ def _complete(
 def _refuse_cell(path: Path, delimiter: str, wanted: Sequence[_Column]) -> None:
     """Look for the first cell that is no finite number and refuse it."""
     for number, line in itertools.islice(_lines(path), 1, None):
-        cells = _cells(line, delimiter)
+        cells = _cells(line, delimiter, f"{path}, line {number}")
         for column, cell in ((c, cells[c.at]) for c in wanted if c.at < len(cells)):
             try:  # like loadtxt, and unlike Python's float, no 1_000 and no digits beyond ASCII
                 sound = math.isfinite(float(cell)) and cell.isascii() and "_" not in cell

@@ -192,7 +192,8 @@ class Circuits:
             joint = graph.joints[k]
             near, far = (joint.child, joint.parent) if reverse else (joint.parent, joint.child)
             self._steps[far] = (near, k, reverse)
-            self.path[far] = (*self.path[near], *joint.coordinates)
+            walked = [number for number, _ in _order(joint, reverse)]
+            self.path[far] = (*self.path[near], *walked)
         self._poses: dict[int, tuple[Pose, dict[int, Axis]]] = {0: (BASE, {})}
         self._twists: dict[int, Twist] = {0: AT_REST}
         self._accels: dict[int, Accel] = {0: UNACCELERATED}
