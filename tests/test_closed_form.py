@@ -36,8 +36,13 @@ def at(n: int, t: Number) -> State:
 
 @pytest.mark.parametrize(
     ("name", "printed"),
-    [("gamma0", "2.158"), ("alpha1", "66.7016"), ("alpha3", "55.7131"), ("alpha4", "125.1961")]
-    + [("alpha5", "64.753")],
+    [
+        ("gamma0", "2.158"),
+        ("alpha1", "66.7016"),
+        ("alpha3", "55.7131"),
+        ("alpha4", "125.1961"),
+        ("alpha5", "64.753"),
+    ],
 )
 def test_home_angles_in_degrees(name: str, printed: str) -> None:
     assert agrees(MP.degrees(getattr(home(P), name)), printed)

@@ -52,9 +52,9 @@ def test_reference_values_of_the_general_evolution(compiled: Compiled) -> None:
     }
     for name, values in table.items():
         row = at_one_second.sel(coordinate=name)
-        assert [
-            round(float(row[q]), 10) for q in ("position", "velocity", "acceleration")
-        ] == list(values)
+        assert [round(float(row[q]), 10) for q in ("position", "velocity", "acceleration")] == list(
+            values
+        )
 
 
 @pytest.mark.parametrize(
@@ -65,9 +65,7 @@ def test_reference_values_of_the_general_evolution(compiled: Compiled) -> None:
         ("general", (0.06943, -0.01972, 0.46829)),
     ],
 )
-def test_strokes_at_the_end(
-    compiled: Compiled, motion: str, strokes: tuple[float, ...]
-) -> None:
+def test_strokes_at_the_end(compiled: Compiled, motion: str, strokes: tuple[float, ...]) -> None:
     result = compiled().solve(motion)
     moved = (result.position - result.home).isel(time=-1)
     for name, stroke in zip(("A2", "B3", "C3"), strokes, strict=True):
@@ -144,8 +142,10 @@ def test_sliders_found_from_the_platform_give_the_platform_back(compiled: Compil
         inverse.sizes["time"],
         lambda a, b: Samples(
             inverse.time.values[a:b],
-            *(np.ascontiguousarray(drives[q].values.T[:, a:b])
-              for q in ("position", "velocity", "acceleration")),
+            *(
+                np.ascontiguousarray(drives[q].values.T[:, a:b])
+                for q in ("position", "velocity", "acceleration")
+            ),
         ),
         "given",
     )

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import parakin
-from parakin.graph import Placement, graph_of, placement
 from parakin.expressions import Parameters
+from parakin.graph import Placement, graph_of, placement
 from parakin.mechanism import Frame, Joint, Mechanism
 from parakin.motion import Motion, Samples
 
@@ -47,9 +47,7 @@ def recorded(driven: tuple[str, ...]) -> Motion:
 
 
 def cropped(samples: Samples, a: int, b: int) -> Samples:
-    return Samples(
-        samples.time[a:b], *(np.ascontiguousarray(rows[:, a:b]) for rows in samples[1:])
-    )
+    return Samples(samples.time[a:b], *(np.ascontiguousarray(rows[:, a:b]) for rows in samples[1:]))
 
 
 def assert_same(ours: xr.Dataset, theirs: xr.Dataset, names: list[str], bound: float) -> None:
@@ -111,8 +109,9 @@ def moved(mechanism: Mechanism, Q: Rotation, t: np.ndarray) -> Mechanism:
         here: Placement = placement(joint.on_parent, values, joint.name)
         axes = Q.as_matrix() @ np.array(here.R)
         at = Q.apply(np.array(here.p)) + t
-        return Frame(at=tuple(at.tolist()), axis=tuple(axes[:, 2].tolist()),
-                     x=tuple(axes[:, 0].tolist()))
+        return Frame(
+            at=tuple(at.tolist()), axis=tuple(axes[:, 2].tolist()), x=tuple(axes[:, 0].tolist())
+        )
 
     joints = tuple(
         j.model_copy(update={"on_parent": frame(j)}) if j.parent == "base" else j
@@ -143,7 +142,12 @@ def test_turning_and_moving_the_whole_mechanism_changes_nothing_relative(
     guess |= dict(zip(("platform.x", "platform.y", "platform.z"), place.tolist(), strict=True))
     guess |= dict(zip(("platform.psi", "platform.phi", "platform.theta"), euler, strict=True))
     elsewhere = moved(PAPER, Q, t).model_copy(
-        update={"home": {n: home[n] for n in drives}, "guess": guess, "stated": {}, "driven": drives}
+        update={
+            "home": {n: home[n] for n in drives},
+            "guess": guess,
+            "stated": {},
+            "driven": drives,
+        }
     )
     result = parakin.compile(elsewhere, coordinates="all", machine_code=False).solve(
         recorded(drives)

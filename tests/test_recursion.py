@@ -8,7 +8,6 @@ positions of bodies.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import closed_form
 import numpy as np
@@ -24,11 +23,11 @@ Compiled = Callable[..., parakin.Solver]
 
 
 def jet_functions() -> Functions:
-    def minimum(a: Any, b: Any) -> Jet:
+    def minimum(a: Jet | float, b: Jet | float) -> Jet:
         a, b = jet(a), jet(b)
         return a if a.value <= b.value else b
 
-    def copysign(a: Any, b: Any) -> Jet:
+    def copysign(a: Jet | float, b: Jet | float) -> Jet:
         a, b = jet(a), jet(b)
         return -a if b.value < 0 else a
 
@@ -112,9 +111,7 @@ def test_bodies_meet_at_their_joints(compiled: Compiled) -> None:
 
 def test_orientation_angles_are_those_of_equation_3(compiled: Compiled) -> None:
     result = compiled().solve("general", bodies=["platform"])
-    psi, phi = (
-        result.position.sel(coordinate=f"platform.{n}").values for n in ("psi", "phi")
-    )
+    psi, phi = (result.position.sel(coordinate=f"platform.{n}").values for n in ("psi", "phi"))
     gamma0 = float(closed_form.home(closed_form.Parameters()).gamma0)
     expected = Rotation.from_euler("ZX", np.column_stack([psi + gamma0, phi]))
     ours = Rotation.from_quat(result.body_orientation.values[:, 0], scalar_first=True)

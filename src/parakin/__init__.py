@@ -49,7 +49,7 @@ _ROOMS = {
     "DrivenError": "errors",
     "NotSolvedError": "errors",
 }
-__all__ = [  # noqa: PLE0604
+__all__ = [
     "AssemblyError",
     "Body",
     "DrivenError",

@@ -103,7 +103,7 @@ def mobility_at(graph: Graph, at: Configuration, freed: Sequence[int] = ()) -> i
     scales = coordinate_scales(graph)
     scale = np.array([1.0] * 3 + [1.0 / graph.length] * 3)[:, None]
     extra = {k: _extra_screws(graph, at, k) for k in freed}
-    width = len(graph.coordinates) + sum(screws.shape[1] for screws in extra.values())
+    width: int = len(graph.coordinates) + sum(screws.shape[1] for screws in extra.values())
     loops: list[FloatArray] = []
     onward = _onward(graph)
     for cut in tree.cuts:
@@ -113,7 +113,7 @@ def mobility_at(graph: Graph, at: Configuration, freed: Sequence[int] = ()) -> i
         block[:, : len(scales)] = at.screws * weights * scales
         place = len(scales)
         for k, screws in extra.items():
-            sign = -1.0 if k == cut else _joint_sign(graph, at, cut, k, onward)
+            sign = -1.0 if k == cut else _joint_sign(graph, cut, k, onward)
             block[:, place : place + screws.shape[1]] = sign * screws
             place += screws.shape[1]
         loops.append(scale * block)
@@ -127,9 +127,7 @@ def _onward(graph: Graph) -> dict[int, float]:
     return {k: -1.0 if reverse else 1.0 for k, reverse in graph.tree().steps}
 
 
-def _joint_sign(
-    graph: Graph, at: Configuration, cut: int, k: int, onward: dict[int, float]
-) -> float:
+def _joint_sign(graph: Graph, cut: int, k: int, onward: dict[int, float]) -> float:
     """How a tree joint's twist enters the loop of a cut one."""
     if k not in onward:
         return 0.0

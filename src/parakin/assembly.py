@@ -18,7 +18,7 @@ from parakin import closure
 from parakin.closure import Row
 from parakin.errors import AssemblyError
 from parakin.graph import Graph, Tree
-from parakin.recursion import Circuits, Turn, slide, step_pose, turn
+from parakin.recursion import Circuits, Pose, Turn, slide, step_pose, turn
 from parakin.spatial import FLOATS
 
 FloatArray = NDArray[np.float64]
@@ -103,17 +103,22 @@ def loop_signs(graph: Graph, tree: Tree) -> dict[int, FloatArray]:
     return signs
 
 
+def axis_of(pose: Pose, axis: int) -> FloatArray:
+    """One axis of a frame, in base components."""
+    return np.array(pose.R, dtype=float)[:, axis]
+
+
 def functional(graph: Graph, at: Configuration, row: Row) -> FloatArray:
     """The row as a functional on the relative twist (w, v at the base's origin), once closed."""
     end = at.ends[row.cut]
     if row.kind == "align":
-        u, v = np.array(end.F.R)[:, row.a], np.array(end.M.R)[:, row.b]
-        return np.concatenate([np.cross(v, u), np.zeros(3)])
+        across = np.cross(axis_of(end.M, row.b), axis_of(end.F, row.a))
+        return np.concatenate([across, np.zeros(3)])
     p = np.array(end.M.p, dtype=float)
     if row.kind == "frame":
-        u = np.array(end.F.R)[:, row.a]
+        u = axis_of(end.F, row.a)
     elif row.kind == "child":
-        u = np.array(end.M.R)[:, row.a]
+        u = axis_of(end.M, row.a)
     elif row.kind == "base":
         u = np.eye(3)[row.a]
     elif row.kind == "pair":
@@ -138,8 +143,7 @@ def closure_system(
         end = at.ends[row.cut]
         if row.kind == "frame" and not closure.closes_point(graph.joints[row.cut]):
             # The direction turns with the parent, and along a slide the gap is not zero.
-            u = np.array(end.F.R)[:, row.a]
-            arm = np.cross(u, np.array(end.d, dtype=float))
+            arm = np.cross(axis_of(end.F, row.a), np.array(end.d, dtype=float))
             behind = [k for k in at.circuits.path[end.parent] if signs[row.cut][k]]
             jacobian[i, behind] -= scale * (arm @ at.screws[:3, behind]) * signs[row.cut][behind]
     return gaps, jacobian, rows
@@ -159,9 +163,7 @@ def close(
     """
     signs = loop_signs(graph, tree)
     scales = coordinate_scales(graph)
-    free = [
-        n for k, _ in tree.steps for n in graph.joints[k].coordinates if n not in set(held)
-    ]
+    free = [n for k, _ in tree.steps for n in graph.joints[k].coordinates if n not in set(held)]
     at = configure(graph, tree, start)
     gaps, jacobian, _ = closure_system(graph, tree, at, signs)
     best, damping = float(np.linalg.norm(gaps)), 0.0
@@ -223,13 +225,12 @@ def home_of(graph: Graph, tree: Tree) -> Configuration:
         )
     at.q[np.abs(at.q) < _NOTHING] = 0.0
     for k in tree.cuts:
-        if graph.joints[k].kind in ("revolute", "cylindrical", "prismatic", "fixed"):
-            z = np.array(at.ends[k].F.R)[:, 2] @ np.array(at.ends[k].M.R)[:, 2]
-            if z < 0:
-                raise AssemblyError(
-                    f"{graph.mechanism.where}: joint {graph.joints[k].name} closes with its two "
-                    "axes opposed; turn the axis on one of its bodies round, or mend the guess"
-                )
+        one_axis = graph.joints[k].kind in ("revolute", "cylindrical", "prismatic", "fixed")
+        if one_axis and axis_of(at.ends[k].F, 2) @ axis_of(at.ends[k].M, 2) < 0:
+            raise AssemblyError(
+                f"{graph.mechanism.where}: joint {graph.joints[k].name} closes with its two "
+                "axes opposed; turn the axis on one of its bodies round, or mend the guess"
+            )
     return at
 
 

@@ -91,7 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     except BrokenPipeError:
         # The reader of stdout went away; say nothing more to it.
-        sys.stdout = None  # type: ignore[assignment]
+        sys.stdout = None
         return 0
     except KeyboardInterrupt:
         console.print("stopped", style="bold red")
@@ -223,5 +223,3 @@ class _Run:
         if len(self._thinned) == 1:
             return self._thinned[0]
         return xr.concat(self._thinned, dim="time", data_vars="minimal")
-
-

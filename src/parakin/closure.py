@@ -9,7 +9,6 @@ matter of cost (`parakin.ordering`), what is reported is always the canonical se
 
 from __future__ import annotations
 
-
 from typing import Literal, NamedTuple
 
 from parakin.graph import GraphJoint
@@ -219,7 +218,8 @@ def acceleration(circuits: Circuits, row: Row, end: Ends) -> Scalar:
 
 class Reading(NamedTuple):
     """A cut joint's coordinates read off its two bodies: slides, and (sine, cosine) of turns,
-    each pair scaled by the same positive number."""
+    each pair scaled by the same positive number.
+    """
 
     slides: dict[int, Scalar]
     turns: dict[int, tuple[Scalar, Scalar]]
@@ -299,7 +299,8 @@ def read_rates(
     circuits: Circuits, cut: int, end: Ends, middle: Scalar, *, accelerations: bool
 ) -> tuple[dict[int, Scalar], dict[int, Scalar]]:
     """First and second derivatives of a cut joint's coordinates; `middle` is the cosine of the
-    middle one of three angles."""
+    middle one of three angles.
+    """
     joint = circuits.graph.joints[cut]
     P, C = circuits.twist(end.parent), circuits.twist(end.child)
     directions = _directions(joint, end, middle)
@@ -341,5 +342,3 @@ def cone(
         return angle, first, 0.0
     second = -(acceleration(circuits, row, end) + cosine * first * first) / sine
     return angle, first, second
-
-

@@ -45,7 +45,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
     if not names:
         return "none: there are none"
     folded = {other.casefold(): other for other in names}
-    close = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.5)
+    close = difflib.get_close_matches(name[:100].casefold(), folded, n=1, cutoff=0.5)
     hint = f"; did you mean {folded[close[0]]!r}?" if close else ""
     return f"one of: {', '.join(names[:_NAMES])}{', ...' if len(names) > _NAMES else ''}{hint}"
 

@@ -12,8 +12,11 @@ from __future__ import annotations
 
 import ast
 import functools
+import keyword
 import math
 import re
+import unicodedata
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -36,8 +39,8 @@ MAX_CHARACTERS = 500
 _NAMES = {BARE: "a number", LENGTH: "a length", ANGLE: "an angle", TIME: "a time"} | {
     FREQUENCY: "a frequency"
 }
-_QUANTITY = re.compile(
-    r"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*"
+_QUANTITY = re.compile(  # the number as a whole: 1e-3 is not one e (electron charge) less 3
+    r"(?<![\w.])((?>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?))\s*"
     r"((?:[^\W\d_]|°)+(?:/s(?:\^2|\*\*2|²)?)?)(?![\w.(])"
 )
 _SI = {"meter": 0, "second": 1, "radian": 2}
@@ -59,6 +62,17 @@ _COMMON = {
     "Hz": _Quantity(1.0, FREQUENCY),
 }
 
+# What messages list; any other unit that pint knows is taken too.
+_USUAL = ("m", "mm", "cm", "um", "in", "ft", "rad", "mrad", "deg", "s", "ms", "min", "Hz", "rpm")
+
+
+class _Refusal(Exception):  # noqa: N818
+    """Why an expression has no value, and what should stand there instead."""
+
+    def __init__(self, reason: str, expected: str = "") -> None:
+        super().__init__(reason)
+        self.expected = expected or "a number, a quantity like '850 mm' or an expression"
+
 
 @functools.cache
 def _registry() -> pint.UnitRegistry[Any]:
@@ -73,14 +87,18 @@ def _unit(name: str) -> _Quantity:
         return _COMMON[name]
     try:
         base = _registry().Quantity(1.0, name.replace("²", "**2")).to_base_units()
-    except Exception as error:  # pint raises many kinds, some of them not its own
-        raise ValueError(f"{name!r} is not a unit") from error
+    except Exception:  # pint raises many kinds, some of them not its own
+        raise _Refusal(f"{name!r} is not a unit", nearest(name, _USUAL)) from None
     exponents = [0.0, 0.0, 0.0]
-    for unit, power in base.unit_items():
+    powers: dict[str, Any] = dict(base.unit_items())
+    for unit, power in powers.items():
         if unit not in _SI:
-            raise ValueError(f"{name!r} is not a unit of length, angle or time")
+            raise _Refusal(
+                f"{name!r} is not a unit of length, angle or time", nearest(name, _USUAL)
+            )
         exponents[_SI[unit]] = float(power)
-    return _Quantity(float(base.magnitude), (exponents[0], exponents[1], exponents[2]))
+    magnitude: Any = base.magnitude
+    return _Quantity(float(magnitude), (exponents[0], exponents[1], exponents[2]))
 
 
 def _describe(dimension: Dimension) -> str:
@@ -91,11 +109,14 @@ def _describe(dimension: Dimension) -> str:
 
 
 def _same(a: _Quantity, b: _Quantity) -> Dimension:
-    if a.dimension == b.dimension or b.dimension == BARE:
+    if b.dimension in (a.dimension, BARE):
         return a.dimension
     if a.dimension == BARE:
         return b.dimension
-    raise ValueError(f"{_describe(a.dimension)} and {_describe(b.dimension)} do not add up")
+    raise _Refusal(
+        f"{_describe(a.dimension)} and {_describe(b.dimension)} do not go together",
+        "values of one dimension",
+    )
 
 
 def _scaled(dimension: Dimension, factor: float) -> Dimension:
@@ -109,7 +130,7 @@ def _combined(a: Dimension, b: Dimension, sign: float) -> Dimension:
 def _trigonometric(function: Callable[[float], float]) -> Callable[[_Quantity], _Quantity]:
     def apply(x: _Quantity) -> _Quantity:
         if x.dimension not in (ANGLE, BARE):
-            raise ValueError(f"{function.__name__} takes an angle, not {_describe(x.dimension)}")
+            raise _Refusal(f"{function.__name__} of {_describe(x.dimension)}", "an angle there")
         return _Quantity(function(x.value), BARE)
 
     return apply
@@ -118,7 +139,8 @@ def _trigonometric(function: Callable[[float], float]) -> Callable[[_Quantity], 
 def _inverse(function: Callable[[float], float]) -> Callable[[_Quantity], _Quantity]:
     def apply(x: _Quantity) -> _Quantity:
         if x.dimension != BARE:
-            raise ValueError(f"{function.__name__} takes a ratio, not {_describe(x.dimension)}")
+            found = f"{function.__name__} of {_describe(x.dimension)}"
+            raise _Refusal(found, "a plain number there")
         return _Quantity(function(x.value), ANGLE)
 
     return apply
@@ -150,13 +172,20 @@ def _binary(node: ast.BinOp, a: _Quantity, b: _Quantity) -> _Quantity:
             return _Quantity(a.value / b.value, _combined(a.dimension, b.dimension, -1.0))
         case ast.Pow():
             if b.dimension != BARE:
-                raise ValueError("an exponent must be a plain number")
+                raise _Refusal("an exponent with a dimension", "a plain number there")
             power = math.pow(a.value, b.value)
             return _Quantity(power, _scaled(a.dimension, b.value))
-    raise ValueError("only + - * / ** may combine values")
+    raise _Refusal("an operator other than + - * / **", "one of these")
 
 
 def _walk(node: ast.AST, look_up: Callable[[str], _Quantity]) -> _Quantity:
+    quantity = _value(node, look_up)
+    if not math.isfinite(quantity.value):  # of every part: 1/1e999 would hide it
+        raise OverflowError
+    return quantity
+
+
+def _value(node: ast.AST, look_up: Callable[[str], _Quantity]) -> _Quantity:
     match node:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
             return _Quantity(float(number), BARE)
@@ -172,11 +201,19 @@ def _walk(node: ast.AST, look_up: Callable[[str], _Quantity]) -> _Quantity:
         case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if name in _FUNCTIONS:
             arity, function = _FUNCTIONS[name]
             if len(args) != arity:
-                raise ValueError(f"{name} takes {arity} argument(s), not {len(args)}")
+                raise _Refusal(f"{name} of {len(args)} values", f"{arity} there")
             return function(*(_walk(arg, look_up) for arg in args))
-        case ast.Call(func=ast.Name(id=name)):
-            raise ValueError(f"{name!r} is not a function here; {nearest(name, _FUNCTIONS)}")
-    raise ValueError("only numbers, units, parameters, + - * / ** and functions may stand here")
+        case ast.Call(func=ast.Name(id=name)) if name not in _FUNCTIONS:
+            raise _Refusal(f"unknown function {name!r}", nearest(name, _FUNCTIONS))
+    raise _Refusal(
+        "it is more than arithmetic", "only numbers, units, parameters, + - * / ** and functions"
+    )
+
+
+def is_parameter_name(name: str) -> bool:
+    """Whether an expression can refer to `name`: pi, functions and Python's own words are taken."""
+    taken = name == "pi" or name in _FUNCTIONS or keyword.iskeyword(name)
+    return name.isidentifier() and not taken
 
 
 class Parameters:
@@ -207,17 +244,18 @@ class Parameters:
 
     def _quantity(self, text: Value, place: str) -> _Quantity:
         if isinstance(text, str):
-            quantity = self._parse(text, place)
-        elif isinstance(text, bool):
-            raise InputError(place, repr(text), "a number or an expression")
-        else:
-            try:
-                quantity = _Quantity(float(text), BARE)
-            except OverflowError:
-                raise InputError(place, "a number beyond range", "a finite number") from None
-        if not math.isfinite(quantity.value):
-            raise InputError(place, f"{text!r}, which is {quantity.value}", "a finite number")
-        return quantity
+            return self._parse(text, place)
+        try:
+            if isinstance(text, bool):
+                raise TypeError
+            value = float(text)
+        except (TypeError, ValueError):
+            raise InputError(place, repr(text), "a number or an expression") from None
+        except OverflowError:
+            raise InputError(place, "a number beyond range", "a finite number") from None
+        if not math.isfinite(value):
+            raise InputError(place, f"{value}", "a finite number")
+        return _Quantity(value, BARE)
 
     def _parse(self, text: str, place: str) -> _Quantity:
         if len(text) > MAX_CHARACTERS:
@@ -225,43 +263,56 @@ class Parameters:
                 place, f"{len(text)} characters", f"an expression of at most {MAX_CHARACTERS}"
             )
         units: list[str] = []
+        marker = "_unit"  # stands for a unit, under a name that the text does not use
+        while marker in unicodedata.normalize("NFKC", text):
+            marker = f"_{marker}"
 
         def mark(match: re.Match[str]) -> str:
             units.append(match[2])
-            return f"({match[1]}*_unit{len(units) - 1})"
+            return f"({match[1]}*{marker}{len(units) - 1})"
 
         def look_up(name: str) -> _Quantity:
-            if name.startswith("_unit") and name[5:].isdigit() and int(name[5:]) < len(units):
-                return _unit(units[int(name[5:])])
+            if name.startswith(marker):
+                return _unit(units[int(name.removeprefix(marker))])
             return self._look_up(name)
 
+        expected = "a finite number"
         try:
-            tree = ast.parse(_QUANTITY.sub(mark, text).strip(), mode="eval")
+            if "#" in text:
+                raise _Refusal("it holds a #, which would hide what follows")
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # Python's, about text that is refused below
+                tree = ast.parse(_QUANTITY.sub(mark, text).strip(), mode="eval")
             return _walk(tree.body, look_up)
         except InputError:  # of a parameter it stands on: that is the place to mend
             raise
+        except _Refusal as refusal:
+            reason, expected = str(refusal), refusal.expected
         except SyntaxError:
             reason = "it cannot be parsed"
+            expected = "a number, a quantity like '850 mm' or an expression like '2*d1 + d2'"
         except ZeroDivisionError:
             reason = "it divides by zero"
         except OverflowError:
             reason = "it overflows"
         except (RecursionError, MemoryError):
-            reason = "it is nested too deeply"
-        except ValueError as error:
-            reason = str(error)
-        raise InputError(
-            place, f"{text!r}: {reason}", "a number, a quantity like '850 mm' or an expression"
-        )
+            reason, expected = "it is nested too deeply", "a simpler expression"
+        except ValueError:  # of a function of math, or a null character
+            reason = "it has no real value"
+        raise InputError(place, f"{text!r}: {reason}", expected)
 
     def _look_up(self, name: str) -> _Quantity:
         if name in self._values:
             return self._values[name]
         if name not in self._expressions:
-            raise ValueError(f"unknown parameter {name!r}; {nearest(name, self._expressions)}")
+            raise _Refusal(f"unknown parameter {name!r}", nearest(name, self._expressions))
         if name in self._pending:
             cycle = " -> ".join([*self._pending[self._pending.index(name) :], name])
-            raise InputError(f"{self._prefix}parameters", f"the cycle {cycle}", "expressions without a cycle")
+            raise InputError(
+                f"{self._prefix}parameters.{name}",
+                f"the cycle {cycle}",
+                "expressions without a cycle",
+            )
         self._pending.append(name)
         try:
             self._values[name] = self._quantity(

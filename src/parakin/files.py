@@ -48,7 +48,9 @@ def load(mechanism: str | Path, parameters: Mapping[str, Value] | None = None) -
         text = (_catalogue_folder() / f"{mechanism}.toml").read_text("utf-8")
         origin = str(mechanism)
     elif isinstance(mechanism, str) and not path.suffix and not path.exists():
-        raise InputError("mechanism", f"unknown name {mechanism!r}", nearest(mechanism, catalogue()))
+        raise InputError(
+            "mechanism", f"unknown name {mechanism!r}", nearest(mechanism, catalogue())
+        )
     else:
         text, origin = read_text(path), str(path)
     table = _with_original(parse_toml(text, origin), origin)
@@ -140,13 +142,19 @@ def mechanism_from_table(table: Mapping[str, Any], origin: str) -> Mechanism:
         if key not in data:
             raise InputError(origin, f"no table [{key}]", f"[{key}.NAME] tables")
     data["bodies"] = tuple(
-        validated(Body, {"name": name, **_table(body, f"{origin}: bodies.{name}")},
-                  f"{origin}: bodies.{name}")
+        validated(
+            Body,
+            {"name": name, **_table(body, f"{origin}: bodies.{name}")},
+            f"{origin}: bodies.{name}",
+        )
         for name, body in _table(data["bodies"], f"{origin}: bodies").items()
     )
     data["joints"] = tuple(
-        validated(Joint, {"name": name, **_table(joint, f"{origin}: joints.{name}")},
-                  f"{origin}: joints.{name}")
+        validated(
+            Joint,
+            {"name": name, **_table(joint, f"{origin}: joints.{name}")},
+            f"{origin}: joints.{name}",
+        )
         for name, joint in _table(data["joints"], f"{origin}: joints").items()
     )
     if "platform" in data:

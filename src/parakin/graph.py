@@ -167,9 +167,7 @@ class Graph:
         steps: list[tuple[int, bool]] = []
         placed, waiting = {0}, sorted(kept)
         while waiting:
-            k = next(
-                j for j in waiting if {self.joints[j].parent, self.joints[j].child} & placed
-            )
+            k = next(j for j in waiting if {self.joints[j].parent, self.joints[j].child} & placed)
             joint = self.joints[k]
             backwards = joint.child in placed
             steps.append((k, backwards))
@@ -294,8 +292,9 @@ def graph_of(mechanism: Mechanism) -> Graph:
             )
         )
         labels = ["x", "y", "z", *(name for name, _ in platform.angles)]
-        named += [(f"platform.{label}", len(joints) - 1, k > 2, False) for k, label in
-                  enumerate(labels)]
+        named += [
+            (f"platform.{label}", len(joints) - 1, k > 2, False) for k, label in enumerate(labels)
+        ]
     return _with_values(mechanism, parameters, values, bodies, points, joints, named)
 
 

@@ -25,7 +25,6 @@ from parakin.recursion import (
 )
 from parakin.spatial import Functions, Scalar, Vector, add, apply, dot, mul, plus, sub
 
-
 CHECKS = 4
 
 
@@ -88,7 +87,7 @@ def trace(
             _closed_form(circuits, block, angles, quality)
     results: list[Scalar] = []
     if outputs.derivatives > 0:
-        for k, entry in plan.affine.items():
+        for k in plan.affine:
             circuits.rates[k] = _mix(plan, k, driven_rates)
         circuits.rates.update(dict.fromkeys(_unknowns(plan), 0.0))
         for block in plan.blocks:
@@ -176,9 +175,7 @@ class _Angles:
         return self.values[k]
 
 
-def _closed_form(
-    circuits: Circuits, block: Block, angles: _Angles, quality: list[Scalar]
-) -> None:
+def _closed_form(circuits: Circuits, block: Block, angles: _Angles, quality: list[Scalar]) -> None:
     """One unknown, one row: linear or quadratic in a slide, linear in an angle's (cos, sin).
 
     The sign that tells the two roots apart is that of the row's derivative at home.
@@ -336,7 +333,8 @@ def canonical(plan: Plan) -> list[Row]:
 
 def _residual(plan: Plan, circuits: Circuits, functions: Functions) -> Scalar:
     """The norm of all closure rows [m], redundant ones too; cosines count at the
-    characteristic length."""
+    characteristic length.
+    """
     total: Scalar = 0.0
     for cut in plan.tree.cuts:
         end = closure.ends(circuits, cut)

@@ -60,7 +60,7 @@ def _traced(
 
 
 def _arrays(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
-    def kernel(inputs: FloatArray, out: FloatArray, parallel: bool) -> None:
+    def kernel(inputs: FloatArray, out: FloatArray, parallel: bool) -> None:  # noqa: ARG001
         with np.errstate(all="ignore"):  # what cannot be reached is NaN, and flagged as such
             results = _traced(plan, outputs, steps, list(inputs), ARRAYS)
         for row, value in enumerate(results):

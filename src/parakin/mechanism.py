@@ -7,14 +7,15 @@ here; numbers are evaluated where the joint graph is made (`parakin.graph`).
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal
 
 import pydantic
-from pydantic import BeforeValidator, Field, StrictFloat, StrictInt
+from pydantic import AfterValidator, BeforeValidator, StrictFloat, StrictInt
 
 from parakin.errors import InputError, nearest
-from parakin.expressions import Value
+from parakin.expressions import Value, is_parameter_name
 from parakin.validation import Table, input_error
 
 Quantity = StrictInt | StrictFloat | str
@@ -26,15 +27,29 @@ def _tupled(value: object) -> object:
 
 
 Triple = Annotated[tuple[Quantity, Quantity, Quantity], BeforeValidator(_tupled)]
-Turns = Annotated[
-    tuple[tuple[Literal["x", "y", "z"], Quantity], ...], BeforeValidator(_tupled)
-]
-Angles = Annotated[
-    tuple[tuple[str, Literal["x", "y", "z"]], ...], BeforeValidator(_tupled)
-]
+Turns = Annotated[tuple[tuple[Literal["x", "y", "z"], Quantity], ...], BeforeValidator(_tupled)]
+Angles = Annotated[tuple[tuple[str, Literal["x", "y", "z"]], ...], BeforeValidator(_tupled)]
 Names = Annotated[tuple[str, ...], BeforeValidator(_tupled)]
 Range = Annotated[tuple[Quantity, Quantity], BeforeValidator(_tupled)]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_ '-]{0,63}$")]
+
+
+def _name(name: str) -> str:
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_ '-]{0,63}", name):
+        raise ValueError("a name of up to 64 characters: a letter, then letters, digits and _ ' -")
+    return name
+
+
+def _parameter(name: str) -> str:
+    if not (is_parameter_name(name) and re.fullmatch(r"[A-Za-z]\w{0,63}", name, re.ASCII)):
+        raise ValueError(
+            "a name that expressions can use: a letter, then letters, digits and _, at most 64; "
+            "not pi, a function or a word of Python's"
+        )
+    return name
+
+
+Name = Annotated[str, AfterValidator(_name)]
+ParameterName = Annotated[str, AfterValidator(_parameter)]
 Kind = Literal["revolute", "prismatic", "cylindrical", "universal", "spherical", "fixed"]
 
 
@@ -60,6 +75,8 @@ class Joint(Table):
     about x, then y, then z. A cylindrical joint has its angle first, its displacement second.
     """
 
+    unsaid = frozenset({"name"})
+
     name: Name
     kind: Kind
     parent: Name
@@ -72,13 +89,16 @@ class Joint(Table):
 class Body(Table):
     """A rigid body and points on it, in its own frame."""
 
+    unsaid = frozenset({"name"})
+
     name: Name
     points: Mapping[Name, Triple] = {}
 
 
 class Platform(Table):
     """The body whose pose matters: coordinates x, y, z of a point on it, and three named angles
-    that turn it from the base's axes about its own moving axes, one after another."""
+    that turn it from the base's axes about its own moving axes, one after another.
+    """
 
     body: Name = "platform"
     point: Name | None = None
@@ -95,15 +115,17 @@ class Mechanism(Table):
     Raises InputError on names that do not exist, duplicates and disconnected bodies.
     """
 
+    unsaid = frozenset({"origin"})
+
     name: Name
     title: str = ""
     source: str = ""
     notes: str = ""
-    parameters: Mapping[Name, Quantity] = {}
+    parameters: Mapping[ParameterName, Quantity] = {}
     symbols: Mapping[str, str] = {}
     base: Name = "base"
-    bodies: tuple[Body, ...]
-    joints: tuple[Joint, ...]
+    bodies: Annotated[tuple[Body, ...], BeforeValidator(_tupled)]
+    joints: Annotated[tuple[Joint, ...], BeforeValidator(_tupled)]
     platform: Platform | None = None
     driven: Names = ()
     home: Mapping[str, Quantity] = {}
@@ -119,7 +141,7 @@ class Mechanism(Table):
             super().__init__(**data)
         except pydantic.ValidationError as error:
             where = data.get("origin") or data.get("name", "mechanism")
-            raise input_error(error, str(where), data) from None
+            raise input_error(error, f"{where}:", data) from None
         _check_names(self)
 
     @property
@@ -135,7 +157,9 @@ class Mechanism(Table):
         for name in values:
             if name not in self.parameters:
                 raise InputError(
-                    f"{self.where}: parameters", repr(name), nearest(name, self.parameters)
+                    f"{self.where}: parameters",
+                    f"unknown parameter {name!r}",
+                    nearest(name, self.parameters),
                 )
         return self.model_copy(update={"parameters": {**self.parameters, **values}})
 
@@ -151,11 +175,9 @@ def _duplicate(names: Iterable[str]) -> str | None:
 
 def _check_names(mechanism: Mechanism) -> None:
     bodies = {mechanism.base, *(body.name for body in mechanism.bodies)}
-    twice = _duplicate([mechanism.base, *(body.name for body in mechanism.bodies)])
-    if twice is not None and any(body.name == twice for body in mechanism.bodies):
-        # The base may be declared too, to give it points; any other repetition is a mistake.
-        if twice != mechanism.base or _duplicate(body.name for body in mechanism.bodies):
-            raise InputError(f"{mechanism.where}: bodies", f"two named {twice!r}", "distinct names")
+    twice = _duplicate(body.name for body in mechanism.bodies)  # the base may be declared too
+    if twice is not None:
+        raise InputError(f"{mechanism.where}: bodies", f"two named {twice!r}", "distinct names")
     twice = _duplicate(joint.name for joint in mechanism.joints)
     if twice is not None:
         raise InputError(f"{mechanism.where}: joints", f"two named {twice!r}", "distinct names")

@@ -148,7 +148,7 @@ def sines(center: float, terms: Sequence[tuple[float, float, float]]) -> Law:
     return law
 
 
-def chirp(  # noqa: PLR0917
+def chirp(
     center: float, amplitude: float, f0: float, f1: float, duration: float, phase: float = 0.0
 ) -> Law:
     """A sine whose frequency changes linearly from f0 [Hz] at t = 0 to f1 at t = duration."""
@@ -220,7 +220,7 @@ def from_laws(name: str, laws: Mapping[str, Law], duration: float, rate: float) 
 # ---- samples
 
 
-def from_arrays(  # noqa: PLR0917
+def from_arrays(
     name: str,
     coordinates: Sequence[str],
     time: ArrayLike,
@@ -517,7 +517,7 @@ def flatten(table: Mapping[str, Any], place: str) -> dict[str, Any]:
     return flat
 
 
-def from_table(  # noqa: PLR0917
+def from_table(
     table: Mapping[str, Any],
     name: str,
     parameters: Parameters,

@@ -22,8 +22,8 @@ from parakin import closure
 from parakin.assembly import (
     Configuration,
     FloatArray,
-    circuits_at,
     as_turn,
+    circuits_at,
     configure,
     coordinate_scales,
     freedoms,
@@ -191,9 +191,7 @@ def _cost(blocks: Sequence[Block]) -> int:
     return sum(len(block.unknowns) ** 3 for block in blocks)
 
 
-def _exchanges(
-    graph: Graph, tree: Tree, firm: set[int], blocks: Sequence[Block]
-) -> list[Tree]:
+def _exchanges(graph: Graph, tree: Tree, firm: set[int], blocks: Sequence[Block]) -> list[Tree]:
     """Trees with one joint of a coupled loop cut in place of the one cut now."""
     kept = [k for k, _ in tree.steps]
     signs = loop_signs(graph, tree)
@@ -233,9 +231,7 @@ def _analysed(
     signs = loop_signs(graph, tree)
     scales = coordinate_scales(graph)
     known = set(driven) | set(affine)
-    unknowns = [
-        n for k, _ in tree.steps for n in graph.joints[k].coordinates if n not in known
-    ]
+    unknowns = [n for k, _ in tree.steps for n in graph.joints[k].coordinates if n not in known]
     if not unknowns:
         return tree, [], {}
     rows: list[Row] = []
@@ -257,7 +253,8 @@ def _analysed(
             f"{len(unknowns)} passive coordinates undetermined"
         )
     dependence = {
-        row: frozenset(unknowns[j] for j in np.flatnonzero(pattern[i])) for i, row in enumerate(rows)
+        row: frozenset(unknowns[j] for j in np.flatnonzero(pattern[i]))
+        for i, row in enumerate(rows)
     }
     return tree, _blocks(rows, unknowns, pattern, chosen), dependence
 
@@ -449,8 +446,10 @@ def _arm(graph: Graph, row: Row, k: int, at: Configuration) -> tuple[float, floa
 def _signed(graph: Graph, tree: Tree, block: Block, home: Configuration) -> Block:
     signs = loop_signs(graph, tree)
     matrix = np.array(
-        [((functional(graph, home, r) @ home.screws) * signs[r.cut])[list(block.unknowns)]
-         for r in block.rows]
+        [
+            ((functional(graph, home, r) @ home.screws) * signs[r.cut])[list(block.unknowns)]
+            for r in block.rows
+        ]
     )
     scaled = matrix / np.linalg.norm(matrix, axis=1, keepdims=True)
     determinant = float(np.linalg.det(scaled))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -54,7 +54,12 @@ def histories(
     names = list(coordinates) if coordinates is not None else _default(ds)
     units = dict(zip(ds["coordinate"].values.tolist(), ds["unit"].values.tolist(), strict=True))
     columns = [group for unit in ("m", "rad") if (group := [n for n in names if units[n] == unit])]
-    style = {"font.size": 9, "svg.fonttype": "none", "pdf.fonttype": 42, "axes.linewidth": 0.6}
+    style: dict[Any, Any] = {
+        "font.size": 9,
+        "svg.fonttype": "none",
+        "pdf.fonttype": 42,
+        "axes.linewidth": 0.6,
+    }
     with mpl.rc_context(style):
         figure = Figure(
             figsize=(4.6 * len(columns) + 0.8, 1.9 * len(orders) + 0.6), layout="constrained"

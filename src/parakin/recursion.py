@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from parakin.graph import GraphJoint, Graph, Pair, Tree
+from parakin.graph import Graph, GraphJoint, Pair, Tree
 from parakin.spatial import (
     IDENTITY,
     ZERO,
@@ -224,7 +224,10 @@ class Circuits:
         """Set rates or accelerations, forgetting what was worked out with others."""
         self.rates |= rates or {}
         self.second |= second or {}
-        for kept, changed in ((self._twists, rates), (self._accels, {**(rates or {}), **(second or {})})):
+        for kept, changed in (
+            (self._twists, rates),
+            (self._accels, {**(rates or {}), **(second or {})}),
+        ):
             for body in [b for b in kept if not set(changed or ()).isdisjoint(self.path[b])]:
                 del kept[body]
 
@@ -293,5 +296,3 @@ def pair_velocity(axis: Axis, sign: float, point: Vector) -> tuple[Vector, Vecto
     if axis.slides:
         return ZERO, direction
     return direction, cross(direction, minus(point, axis.point))
-
-

@@ -193,20 +193,14 @@ def extremes(ds: xr.Dataset, before: Extremes | None = None) -> Extremes:
     return found
 
 
-def solve_report(
-    ds: xr.Dataset, found: Extremes, seconds: float
-) -> RenderableType:
+def solve_report(ds: xr.Dataset, found: Extremes, seconds: float) -> RenderableType:
     """What `parakin solve` prints: strokes, peaks, the worst residual, flags, time and rate.
 
     ds: any window of the result, for names, units and home. seconds: time spent solving.
     """
-    table = _table(
-        "actuated", "from", "to", "stroke from home", "peak speed", "peak acceleration"
-    )
+    table = _table("actuated", "from", "to", "stroke from home", "peak speed", "peak acceleration")
     units = ds["unit"].values.tolist()
-    chosen = np.flatnonzero(ds["actuated"].values) if ds["actuated"].values.any() else range(
-        ds.sizes["coordinate"]
-    )
+    chosen = np.flatnonzero(ds["actuated"].values).tolist() or range(ds.sizes["coordinate"])
     home = ds["home"].values
     for k in chosen:
         angle = units[k] == "rad"
@@ -231,9 +225,7 @@ def solve_report(
         )
     ]
     if "spline" in ds.attrs["motion_derivatives"]:
-        lines.append(
-            Text(f"velocity and acceleration driven: {ds.attrs['motion_derivatives']}")
-        )
+        lines.append(Text(f"velocity and acceleration driven: {ds.attrs['motion_derivatives']}"))
     if found.first_flag is not None and found.counts is not None:
         index, time, status = found.first_flag
         each = ", ".join(

@@ -40,8 +40,7 @@ def dataset(
         for name in solver.coordinates
     ]
     actuated = [
-        name in numbers and graph.coordinates[numbers[name]].actuated
-        for name in solver.coordinates
+        name in numbers and graph.coordinates[numbers[name]].actuated for name in solver.coordinates
     ]
     over = ("time", "coordinate")
     variables: dict[str, Any] = {
@@ -89,8 +88,8 @@ def require_solved(ds: xr.Dataset) -> xr.Dataset:
         i = int(flagged[0])
         worst = np.fmax.reduce(ds["residual"].values, initial=0.0)
         raise NotSolvedError(
-            f"{ds.attrs['mechanism']}, {ds.attrs['motion']}: {len(flagged)} of {len(status)} samples "
-            f"are flagged; the first, {i} at t = {float(ds['time'][i]):.6g} s, is "
+            f"{ds.attrs['mechanism']}, {ds.attrs['motion']}: {len(flagged)} of {len(status)} "
+            f"samples are flagged; the first, {i} at t = {float(ds['time'][i]):.6g} s, is "
             f"{Status(int(status[i])).words}; worst residual of the rest {worst:.1e}"
         )
     return ds
@@ -130,9 +129,9 @@ def _quaternions(rows: FloatArray) -> NDArray[np.float64]:
     quaternions = np.full((len(matrices), 4), np.nan)
     if good.any():
         quaternions[good] = Rotation.from_matrix(matrices[good]).as_quat(scalar_first=True)
-    quaternions = quaternions.reshape(n, points, 4)
+    turns = quaternions.reshape(n, points, 4)
     with np.errstate(invalid="ignore"):
-        flips = np.where((quaternions[1:] * quaternions[:-1]).sum(axis=2) < 0, -1.0, 1.0)
-    first = np.where(quaternions[:1, :, 0] < 0, -1.0, 1.0)
+        flips = np.where((turns[1:] * turns[:-1]).sum(axis=2) < 0, -1.0, 1.0)
+    first = np.where(turns[:1, :, 0] < 0, -1.0, 1.0)
     signs = np.cumprod(np.concatenate([first, flips]), axis=0)
-    return quaternions * signs[:, :, None]
+    return turns * signs[:, :, None]

@@ -15,12 +15,12 @@ from numpy.typing import ArrayLike
 
 from parakin import assembly
 from parakin.assembly import Configuration
-from parakin.machine import Kernel, has_machine_code, input_count, make_kernel, output_count
 from parakin.errors import DrivenError, InputError, nearest
 from parakin.expressions import Value
 from parakin.files import load, load_motion
 from parakin.graph import Graph, graph_of
 from parakin.kernel import Outputs, newton_unknowns
+from parakin.machine import Kernel, has_machine_code, input_count, make_kernel, output_count
 from parakin.mechanism import Mechanism
 from parakin.motion import Motion, Samples
 from parakin.ordering import Plan, plan_of
@@ -118,22 +118,23 @@ class Solver:
         yd: ArrayLike | None = None,
         ydd: ArrayLike | None = None,
         guess: FloatArray | None = None,
+        *,
+        parallel: bool = False,
     ) -> Tick:
         """One pose, or a batch of unrelated ones.
 
         y, yd, ydd: driven positions, velocities, accelerations, (k,) or (k, n), SI; rates are
         zero where not given. guess: positions as an earlier `Tick` gave them, rows
         `coordinates`; angles come out within half a turn of it, and coordinates that are
-        iterated start from it (from home without it, in small steps).
+        iterated start from it (from home without it, in small steps). parallel: use all cores.
         Samples that fail have a status other than CONVERGED and NaN throughout. Derivatives that
         the solver was not compiled for come as arrays of no rows.
         Raises InputError on arrays of the wrong shape.
         """
         inputs = self._inputs_of(y, yd, ydd)
-        if self._iterated:
-            out = self._iterate(inputs, guess)
-        else:
-            out = self._run(inputs)
+        out = (
+            self._iterate(inputs, guess) if self._iterated else self._run(inputs, parallel=parallel)
+        )
         n, checks = len(self.coordinates), self._layout.checks
         orders = self._outputs.derivatives
         position = out[:n]
@@ -152,7 +153,7 @@ class Solver:
                 return Tick(position, velocity, acceleration, 0, residual, conditioning)
             verdict = int(classify(out[:, None], self._layout)[0])
             if verdict:
-                out[: checks] = np.nan
+                out[:checks] = np.nan
             return Tick(position, velocity, acceleration, verdict, residual, conditioning)
         status = classify(out, self._layout)
         if status.any():
@@ -167,9 +168,7 @@ class Solver:
             status = np.where(np.isnan(position).any(axis=0), Status.OUT_OF_REACH, status)
         return Tick(position, velocity, acceleration, status, np.nan, np.nan)
 
-    def _inputs_of(
-        self, y: ArrayLike, yd: ArrayLike | None, ydd: ArrayLike | None
-    ) -> FloatArray:
+    def _inputs_of(self, y: ArrayLike, yd: ArrayLike | None, ydd: ArrayLike | None) -> FloatArray:
         k = len(self.driven)
         first = np.asarray(y, dtype=float)
         if first.ndim not in (1, 2) or first.shape[0] != k:
@@ -239,9 +238,9 @@ class Solver:
     ) -> xr.Dataset:
         """The whole motion, from home along the branch of home.
 
-        motion: one whose coordinates are the driven ones, or what `motion` takes. bodies: True adds position, orientation,
-        velocities and accelerations of every body at its own origin; a list names bodies or
-        points on them ("platform.B4"). parallel: use all cores.
+        motion: one whose coordinates are the driven ones, or what `motion` takes. bodies: True
+        adds position, orientation, velocities and accelerations of every body at its own origin;
+        a list names bodies or points on them ("platform.B4"). parallel: use all cores.
         Samples after the first that fails are NaN and flagged `not reached`; a limit exceeded is
         flagged and its values kept. Raises InputError where the motion's coordinates are others.
         """
@@ -358,9 +357,7 @@ class Solver:
 
 def home_values(graph: Graph, plan: Plan) -> dict[str, float]:
     """Position of every coordinate at home, as it is counted."""
-    return {
-        c.name: float(plan.home[k]) - plan.offset(k) for k, c in enumerate(graph.coordinates)
-    }
+    return {c.name: float(plan.home[k]) - plan.offset(k) for k, c in enumerate(graph.coordinates)}
 
 
 def _layout(plan: Plan, outputs: Outputs) -> Layout:
@@ -395,13 +392,16 @@ def compile(
 ) -> Solver:
     """Compile a mechanism for a choice of driven coordinates.
 
-    mechanism: or its name in the catalogue, or its file. driven: names, as many as its mobility; the mechanism's own choice if not given.
-    coordinates: which to report: by default those of a spanning tree and the platform's pose;
-    "all" adds those of the joints outside the tree, and the cone angles of spherical joints; or
-    a list of names. derivatives: 0, 1 or 2. checks: False leaves out residual and conditioning
-    (only what is out of reach is then flagged). cut: joints to leave out of the spanning tree that
-    is solved; by default those that make the smallest systems. machine_code: False runs on NumPy arrays, None
-    takes machine code where heyoka is installed. parameters: overrides.
+    mechanism: or its name in the catalogue, or its file.
+    driven: names, as many as its mobility; the mechanism's own choice if not given.
+    coordinates: which to report. By default those of a spanning tree and the platform's pose;
+    "all" adds those of the joints outside the tree and the cone angles of spherical joints.
+    derivatives: 0, 1 or 2 of them.
+    checks: False leaves out residual and conditioning; only NaN is then flagged.
+    cut: joints to leave out of the spanning tree that is solved; by default those that make the
+    smallest systems. It changes the speed and not the result.
+    machine_code: False runs on NumPy arrays; None takes machine code where heyoka is installed.
+    parameters: overrides by name.
     Raises InputError, AssemblyError, DrivenError.
     """
     if not isinstance(mechanism, Mechanism):
@@ -448,5 +448,3 @@ def _chosen(graph: Graph, coordinates: Sequence[str] | str | None) -> list[int |
     return [
         name if name in graph.cones else graph.index(name, "coordinates") for name in coordinates
     ]
-
-

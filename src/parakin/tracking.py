@@ -187,9 +187,7 @@ class Tracker:
             if not open_.any():
                 break
             again = self._run(
-                np.ascontiguousarray(
-                    _columns(y[:, :, open_], out[self._layout.found[0]][:, open_])
-                )
+                np.ascontiguousarray(_columns(y[:, :, open_], out[self._layout.found[0]][:, open_]))
             )
             out[:, open_] = again
         return out

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
@@ -13,7 +14,7 @@ from parakin.errors import InputError, nearest
 AnyModel = TypeVar("AnyModel", bound=BaseModel)
 _EXPECTED = (
     {"float_type": "a number", "int_type": "a number", "string_type": "text"}
-    | {"list_type": "a list", "tuple_type": "a list", "extra_forbidden": "no such key"}
+    | {"list_type": "a list", "tuple_type": "a list", "bool_type": "true or false"}
     | dict.fromkeys(("dict_type", "mapping_type", "model_type", "model_attributes_type"), "a table")
 )
 _SCALARS = ("int", "float", "str")
@@ -21,6 +22,8 @@ _SCALARS = ("int", "float", "str")
 
 class Table(BaseModel):
     """A table that has the declared keys and no others, its values of the declared types."""
+
+    unsaid: ClassVar[frozenset[str]] = frozenset()  # keys that a file leaves to its reader
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
@@ -31,10 +34,11 @@ class Table(BaseModel):
         keys = {f.alias or name: f.is_required() for name, f in cls.model_fields.items()}
         given = data if isinstance(data, Mapping) else keys
         if unknown := [key for key in given if key not in keys]:
-            raise _finding(f"key {unknown[0]!r}", nearest(str(unknown[0]), keys))
-        required = [key for key, needed in keys.items() if needed]
-        if missing := [key for key in required if key not in given]:
-            raise _finding(f"no key {missing[0]!r}", f"the keys {', '.join(required)}")
+            known = [key for key in keys if key not in cls.unsaid or key not in given]
+            raise _finding(f"unknown key {unknown[0]!r}", nearest(str(unknown[0]), known))
+        missing = [key for key, needed in keys.items() if needed and key not in given]
+        if missing:
+            raise _finding(f"no key {missing[0]!r}", f"values for {', '.join(missing)}")
         return data
 
 
@@ -53,11 +57,13 @@ def validated(model: type[AnyModel], data: object, place: str) -> AnyModel:
 def input_error(error: ValidationError, place: str, data: object = None) -> InputError:
     """The first finding in `error`, which came of validating `data`, the table at `place`.
 
-    Keys are named with what exists where the model is a `Table`. A ValueError raised in a
-    validator should say, as its message, what was expected. Without `data`, the place may hold
-    names that pydantic gives to the members of a union of tables.
+    A `place` that ends in a colon is a file, or a whole, that places follow. Keys are named with
+    what exists where the model is a `Table`. A ValueError raised in a validator should say, as
+    its message, what was expected. Without `data`, the place may hold names that pydantic gives
+    to the members of a union of tables.
     """
-    findings = [(_where(e["loc"], place, data), e) for e in error.errors(include_url=False)]
+    errors = error.errors(include_url=False)
+    findings = [(_where(e["loc"], place, data), e) for e in errors]
     where, first = findings[0]
     found, context = first["input"], first.get("ctx", {})
     if first["type"] == "keys":
@@ -68,11 +74,30 @@ def input_error(error: ValidationError, place: str, data: object = None) -> Inpu
             return InputError(where, f"no key {key!r}", f"the key {key}")
         tags = [tag.strip("' ") for tag in context["expected_tags"].split(",")]
         return InputError(f"{where}.{key}", repr(found[key]), nearest(str(found[key]), tags))
+    if first["type"] == "literal_error":
+        names = re.findall(r"'([^']*)'", context["expected"])
+        return InputError(where, _shown(found), nearest(str(found), names))
+    if first["type"] == "missing":  # from a list: tables look for their keys themselves
+        length = max(int(e["loc"][-1]) for e in errors if e["type"] == "missing") + 1
+        return InputError(_where(first["loc"][:-1], place, data), _shown(found), _list_of(length))
+    if first["type"] == "too_long":
+        return InputError(where, _shown(found), _list_of(context["max_length"]))
     # The alternatives of a union are reported one by one, all at the same place.
     texts = [_EXPECTED.get(e["type"], e["msg"]) for at, e in findings if at == where]
+    if {"a number", "text"} == set(texts):
+        texts = ["a number, a quantity like '850 mm' or an expression"]
     expected = " or ".join(dict.fromkeys(texts)).replace("Input should be ", "")
-    shown = repr(found) if len(repr(found)) <= 80 else f"{repr(found)[:77]}..."
-    return InputError(where, shown, expected.replace("Value error, ", ""))
+    return InputError(where, _shown(found), expected.replace("Value error, ", ""))
+
+
+def _list_of(length: int) -> str:
+    return f"a list of {length}"
+
+
+def _shown(value: object) -> str:
+    """As the user would write it: tuples as the lists they were."""
+    text = repr(list(value) if isinstance(value, tuple) else value)
+    return text if len(text) <= 80 else f"{text[:77]}..."
 
 
 def _where(loc: tuple[int | str, ...], place: str, data: Any) -> str:
@@ -81,8 +106,11 @@ def _where(loc: tuple[int | str, ...], place: str, data: Any) -> str:
         if isinstance(part, int):
             place += f"[{part}]"
         elif part in data if isinstance(data, Mapping) else data is None and part not in _SCALARS:
-            place += f".{part}"
+            place += f" {part}" if place.endswith(":") else f".{part}"
         else:
             continue
-        data = None if data is None else data[part]
-    return place
+        try:
+            data = None if data is None else data[part]
+        except IndexError:  # an element that a list should have had
+            data = None
+    return place.removesuffix(":")

@@ -1,0 +1,234 @@
+"""Speed of the flight simulator through the public API, as ratios within one run.
+
+    python -m benchmarks [--long]
+
+(a) is the same case written with NumPy and SciPy as a user would write it today, (b) the closed
+form of the three strokes in plain C, built with gcc where gcc exists. Nothing else should run.
+Timings are the best of several repeats, `at` of one pose the median. --long adds ten million
+samples written to a file.
+"""
+
+import argparse
+import os
+import platform
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+import parakin
+from benchmarks.baselines import build_c_strokes, solve_motion_scipy
+from parakin.tables import write
+
+BATCH, MILLION = 1_000, 1_000_000
+
+
+def best(function: Callable[[], object], repeats: int = 15, calls: int = 20) -> float:
+    """Seconds a call, the best of several repeats."""
+    function()
+    found = np.inf
+    for _ in range(repeats):
+        start = time.perf_counter()
+        for _ in range(calls):
+            function()
+        found = min(found, (time.perf_counter() - start) / calls)
+    return float(found)
+
+
+def median(function: Callable[[], object], calls: int = 20_000) -> float:
+    times = np.empty(calls)
+    for i in range(calls):
+        start = time.perf_counter()
+        function()
+        times[i] = time.perf_counter() - start
+    return float(np.median(times))
+
+
+def fresh(*arguments: str) -> float:
+    """Seconds of a command in a process of its own, the best of three."""
+    runs = []
+    for _ in range(3):
+        start = time.perf_counter()
+        subprocess.run(
+            [sys.executable, "-m", "parakin", *arguments], check=True, capture_output=True
+        )
+        runs.append(time.perf_counter() - start)
+    return min(runs)
+
+
+def compile_time() -> float:
+    """Seconds of the first compilation in a process, imports aside."""
+    script = (
+        "import time, heyoka, scipy.sparse.csgraph, parakin; parakin.Solver; m = "
+        "parakin.load('flight-simulator'); t = time.perf_counter(); parakin.compile(m); "
+        "print(time.perf_counter() - t)"
+    )
+    runs = [
+        float(
+            subprocess.run(
+                [sys.executable, "-c", script], check=True, capture_output=True, text=True
+            ).stdout
+        )
+        for _ in range(3)
+    ]
+    return min(runs)
+
+
+def machine() -> str:
+    model = platform.processor()
+    cpuinfo = Path("/proc/cpuinfo")
+    if cpuinfo.exists():
+        lines = [s for s in cpuinfo.read_text().splitlines() if s.startswith("model name")]
+        model = lines[0].partition(":")[2].strip() if lines else model
+    return f"{model}, {os.cpu_count()} cores, Python {platform.python_version()}"
+
+
+class Report:
+    """The table, row by row: what, measured, target, ratio."""
+
+    def __init__(self) -> None:
+        self.table = Table("what", "measured", "to reach", "ratio", box=None, pad_edge=False)
+
+    def add(self, what: str, value: str, target: str = "", ratio: str = "") -> None:
+        self.table.add_row(what, value, target, ratio)
+
+
+def flight_simulator(report: Report) -> None:
+    solver = parakin.compile("flight-simulator")
+    twelve = [n for n in solver.coordinates if not n.startswith("platform.")]
+    samples = solver.motion("general", rate=(BATCH - 1) / 3).samples()
+    y, yd, ydd = samples.position, samples.velocity, samples.acceleration
+    order = [solver.driven.index(f"platform.{n}") for n in ("x", "y", "phi")]
+
+    count = 200
+    start = time.perf_counter()
+    q, _, qdd = solve_motion_scipy(*(a[order, :count].T.copy() for a in (y, yd, ydd)))
+    theirs = (time.perf_counter() - start) / count
+    rows = [solver.coordinates.index(n) for n in ("A2", "B3", "C3")]
+    tick = solver.at(y, yd, ydd)
+    assert not np.any(tick.status)
+    assert np.abs(tick.position[rows, :count].T - q[:, [1, 5, 8]]).max() < 1e-11
+    assert np.abs(tick.acceleration[rows, :count].T - qdd[:, [1, 5, 8]]).max() < 1e-9
+    report.add("(a) NumPy + SciPy, 12 unknowns, v and a", f"{1e6 * theirs:.1f} µs a pose")
+
+    ours = best(lambda: solver.at(y, yd, ydd)) / BATCH
+    report.add(
+        f"all {len(solver.coordinates)} coordinates, v and a, checked; batches of {BATCH:,}",
+        f"{1e9 * ours:.0f} ns a pose",
+        "150 ns",
+        f"{theirs / ours:,.0f} x (a)",
+    )
+    lean = parakin.compile("flight-simulator", coordinates=twelve, checks=False)
+    bare = best(lambda: lean.at(y, yd, ydd)) / BATCH
+    report.add(
+        f"the {len(twelve)} joint coordinates alone, unchecked",
+        f"{1e9 * bare:.0f} ns a pose",
+        "1,000 x (a)",
+        f"{theirs / bare:,.0f} x (a)",
+    )
+    motion = solver.motion("general")
+    solve = best(lambda: solver.solve(motion), 5) / motion.count
+    report.add(
+        f"solve() to a Dataset, {motion.count:,} samples",
+        f"{1e9 * solve:.0f} ns a pose",
+        "",
+        f"{theirs / solve:,.0f} x (a)",
+    )
+    single = y[:, 0].copy(), yd[:, 0].copy(), ydd[:, 0].copy(), tick.position[:, 0].copy()
+    tock = median(lambda: solver.at(*single))
+    report.add("at(), one pose with guess, median", f"{1e6 * tock:.1f} µs", "10 µs")
+
+    big = solver.motion("general", rate=(MILLION - 1) / 3)
+    samples = big.samples()
+    inputs = samples.position, samples.velocity, samples.acceleration
+    alone = best(lambda: solver.at(*inputs), 5, 1) / MILLION
+    both = best(lambda: solver.at(*inputs, parallel=True), 5, 1) / MILLION
+    report.add("a million samples, one thread", f"{1e9 * alone:.0f} ns a pose")
+    report.add(
+        "a million samples, all cores",
+        f"{1e9 * both:.0f} ns a pose",
+        "near 2 x one thread",
+        f"{alone / both:.2f} x one thread",
+    )
+
+
+def strokes(report: Report) -> None:
+    solver = parakin.compile(
+        "flight-simulator", coordinates=["A2", "B3", "C3"], derivatives=0, checks=False
+    )
+    y = solver.motion("general", rate=(BATCH - 1) / 3).samples().position
+    ours = best(lambda: solver.at(y), calls=200) / BATCH
+    figures = [f"{1e9 * ours:.1f} ns a pose"]
+    for simd, label in ((False, "plain C (b)"), (True, "C arranged for gcc's SIMD")):
+        compiled = build_c_strokes(simd=simd)
+        if compiled is None:
+            report.add(f"three strokes, {label}", "no gcc here")
+            continue
+        out = np.empty((3, BATCH))
+        x, up, phi = (np.ascontiguousarray(row) for row in y)
+        theirs = best(lambda c=compiled: c(x, up, phi, out), calls=200) / BATCH  # type: ignore[misc]
+        assert np.abs(out - solver.at(y).position).max() < 1e-14
+        report.add(f"three strokes, {label}", f"{1e9 * theirs:.1f} ns a pose")
+        figures.append(f"{theirs / ours:.2f}")
+    report.add(
+        "three strokes alone, parakin",
+        figures[0],
+        "(b)",
+        " and ".join(f"{ratio} x" for ratio in figures[1:]) + " the speed of C",
+    )
+
+
+def start_up(report: Report) -> None:
+    report.add("first compilation in a process", f"{compile_time():.2f} s", "0.5 s")
+    report.add("parakin --help", f"{fresh('--help'):.2f} s", "0.3 s")
+    with tempfile.TemporaryDirectory() as folder:
+        table, figure = Path(folder) / "general.csv", Path(folder) / "general.png"
+        seconds = fresh(
+            "solve", "flight-simulator", "general", "-o", str(table), "--plot", str(figure)
+        )
+    report.add("solve, table and figure, as in the README", f"{seconds:.2f} s", "3 s")
+
+
+def ten_million(report: Report) -> None:
+    solver = parakin.compile("flight-simulator")
+    motion = solver.motion("general", rate=1e7 / 3)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "long.parquet"
+        start = time.perf_counter()
+        write(solver.stream(motion, 100_000, parallel=True), path)
+        seconds = time.perf_counter() - start
+        size = path.stat().st_size / 1e9
+    after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    report.add(
+        f"{motion.count:,} samples solved and written (Parquet, {size:.1f} GB)",
+        f"{seconds:.0f} s",
+        "bounded memory",
+        f"{after - before:+.0f} MB at the peak",
+    )
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(prog="python -m benchmarks")
+    options.add_argument("--long", action="store_true", help="ten million samples to a file too")
+    chosen = options.parse_args()
+    report = Report()
+    flight_simulator(report)
+    strokes(report)
+    start_up(report)
+    if chosen.long:
+        ten_million(report)
+    console = Console(width=120)
+    console.print(machine())
+    console.print(report.table)
+
+
+if __name__ == "__main__":
+    main()
