@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import os
+import re
 import sys
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from parakin import __version__
-from parakin.errors import InputError, ParakinError
+from parakin.errors import InputError, ParakinError, nearest
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,6 +22,8 @@ if TYPE_CHECKING:
     from parakin.report import Extremes
 
 _WINDOW = 100_000
+_COMMANDS = ("list", "check", "solve")
+_WIDE = 1000  # columns; rows of numbers are never folded
 _EPILOG = """examples:
   parakin solve flight-simulator general -o general.csv --plot general.png
   parakin check flight-simulator --set l3=1.35
@@ -27,9 +32,26 @@ _EPILOG = """examples:
 exit codes: 0 done, 1 some samples are flagged, 2 bad input"""
 
 
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        """One line, as for any other bad input, in place of the usage and an exit."""
+        unknown = re.match(r"argument COMMAND: invalid choice: '(.*?)'", message)
+        if unknown:
+            name = unknown[1]
+            raise InputError("command", f"unknown name {name!r}", nearest(name, _COMMANDS))
+        raise ParakinError(f"{message}; see {self.prog} --help")
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"found {text!r}; expected a number") from None
+
+
 def parser() -> argparse.ArgumentParser:
     """The command line's grammar."""
-    top = argparse.ArgumentParser(
+    top = _Parser(
         prog="parakin",
         description="Kinematics of parallel mechanisms: positions, velocities and accelerations "
         "of every joint and body along a motion.",
@@ -52,12 +74,12 @@ def parser() -> argparse.ArgumentParser:
     solve.add_argument("--plot", metavar="FILE", type=Path, help="figure: .png, .svg or .pdf")
     solve.add_argument("--bodies", action="store_true", help="every body's motion too")
     solve.add_argument("--all", action="store_true", help="joints outside the tree too")
-    solve.add_argument("--rate", metavar="HZ", type=float, help="samples per second of a law")
+    solve.add_argument("--rate", metavar="HZ", type=_number, help="samples per second of a law")
     solve.add_argument(
-        "--smooth", metavar="SIGMA", type=float, help="noise of recorded positions, SI"
+        "--smooth", metavar="SIGMA", type=_number, help="noise of recorded positions, SI"
     )
     solve.add_argument(
-        "--max-gap", metavar="S", type=float, help="longest step allowed in recorded data"
+        "--max-gap", metavar="S", type=_number, help="longest step allowed in recorded data"
     )
     return top
 
@@ -75,44 +97,69 @@ def _add_mechanism(command: argparse.ArgumentParser) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command. Returns the exit code: 0 done, 1 some samples flagged, 2 bad input."""
-    options = parser().parse_args(arguments)
-    from rich.console import Console
-
-    console = Console(stderr=True, soft_wrap=True, highlight=False)
     try:
-        if options.command == "list":
-            return _list()
-        if options.command == "check":
-            return _check(options)
-        return _solve(options, console)
+        with _stdout_told():
+            options = parser().parse_args(arguments)
+        return _command(options)
     except ParakinError as error:
+        console = _console(stderr=True)
         console.print("error:", style="bold red", end=" ")
         console.print(str(error), markup=False)
         return 2
-    except BrokenPipeError:
-        # The reader of stdout went away; say nothing more to it.
-        sys.stdout = None
+    except BrokenPipeError:  # the reader of stdout went away, as `head` does: no mistake
         return 0
     except KeyboardInterrupt:
-        console.print("stopped", style="bold red")
+        _console(stderr=True).print("stopped", style="bold red")
         return 130
 
 
-def _stdout() -> Console:
+def _command(options: argparse.Namespace) -> int:
+    if options.command == "list":
+        return _list()
+    if options.command == "check":
+        return _check(options)
+    return _solve(options)
+
+
+@contextmanager
+def _stdout_told() -> Iterator[None]:
+    """Flushes stdout at the end; raises InputError where it takes no more."""
+    try:
+        try:
+            yield
+        finally:
+            if sys.stdout is not None:
+                sys.stdout.flush()
+    except OSError as error:
+        with open(os.devnull, "w") as nothing:  # for Python's own flush at exit
+            os.dup2(nothing.fileno(), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):
+            raise
+        reason = (error.strerror or str(error)).lower()
+        raise InputError("standard output", reason, "a stream that takes it all") from None
+
+
+def _console(*, stderr: bool = False, width: int | None = None) -> Console:
     from rich.console import Console
 
-    return Console(soft_wrap=True, highlight=False)
+    colours = None if os.environ.get("NO_COLOR") else "auto"
+    return Console(
+        stderr=stderr,
+        width=width,
+        color_system=colours,  # type: ignore[arg-type]
+        soft_wrap=True,
+        highlight=False,
+    )
 
 
 def _list() -> int:
     from parakin.files import catalogue, load
     from parakin.report import catalogue_table
 
-    entries = {
-        name: f"{title} (motions: {', '.join(load(name).motions) or 'none'})"
-        for name, title in catalogue().items()
-    }
-    _stdout().print(catalogue_table(entries))
+    entries = {name: (title, ", ".join(load(name).motions)) for name, title in catalogue().items()}
+    with _stdout_told():
+        width = None if sys.stdout is not None and sys.stdout.isatty() else _WIDE
+        _console(width=width).print(catalogue_table(entries))
     return 0
 
 
@@ -136,51 +183,65 @@ def _check(options: argparse.Namespace) -> int:
     graph = graph_of(load(options.mechanism, _parameters(options.set)))
     home = assembled(graph)
     found = mobility(graph, home, len(graph.mechanism.driven))
-    _stdout().print(mechanism_report(graph, home.q, found))
+    with _stdout_told():
+        _console(width=_WIDE).print(mechanism_report(graph, home.q, found))
     return 0
 
 
-def _solve(options: argparse.Namespace, console: Console) -> int:
+def _solve(options: argparse.Namespace) -> int:
     from parakin import plots, tables
-    from parakin.files import load
+    from parakin.files import check_writable, load
     from parakin.report import solve_report
     from parakin.solver import compile as compile_mechanism
 
     to_stdout = options.output == "-"
-    output = Path(options.output) if options.output and not to_stdout else None
+    output = None if options.output is None or to_stdout else Path(options.output)
+    if to_stdout and sys.stdout is None:
+        raise InputError("standard output", "it is closed", "an open stream for the result")
     if output is not None:
         tables.check_output(output)
     if options.plot is not None:
         plots.check_figure(options.plot)
+    for path in (output, options.plot):
+        if path is not None:
+            _refuse_input(path, options)
+            check_writable(path)
     mechanism = load(options.mechanism, _parameters(options.set))
     solver = compile_mechanism(mechanism, coordinates="all" if options.all else None)
     motion = solver.motion(
         options.motion, rate=options.rate, smoothing=options.smooth, max_gap=options.max_gap
     )
-    console.print(f"{mechanism.name}, {motion.name}: {mechanism.title}", style="bold")
     run = _Run(motion.count, options.plot is not None)
     windows = run.watched(
-        solver.stream(motion, _WINDOW, bodies=options.bodies, parallel=True), console
+        solver.stream(motion, _WINDOW, bodies=options.bodies, parallel=True), _console(stderr=True)
     )
     if output is not None:
         tables.write(windows, output)
     elif to_stdout:
-        tables.write_csv(windows, sys.stdout)
+        with _stdout_told():
+            tables.write_csv(windows, sys.stdout)
     else:
         for _ in windows:
             pass
     if run.last is None or run.found is None:
         raise InputError(f"motion {motion.name}", "no samples", "at least one")
-    console.print(solve_report(run.last, run.found, run.seconds))
+    title = f"{mechanism.name}, {motion.name}: {mechanism.title or 'a mechanism'}"
     if options.plot is not None:
-        figure = plots.histories(
-            run.picture(), symbols=mechanism.symbols, title=f"{mechanism.title}: {motion.name}"
-        )
+        figure = plots.histories(run.picture(), symbols=mechanism.symbols, title=title)
         plots.save(figure, options.plot)
+    console = _console(stderr=True, width=_WIDE)
+    console.print(title, style="bold", markup=False)
+    console.print(solve_report(run.last, run.found, run.seconds))
     written = [str(path) for path in (output, options.plot) if path is not None]
     if written:
         console.print(f"wrote {', '.join(written)}", markup=False)
     return 1 if run.found.first_flag is not None else 0
+
+
+def _refuse_input(path: Path, options: argparse.Namespace) -> None:
+    for name in (options.mechanism, options.motion):
+        if os.path.exists(path) and os.path.exists(name) and os.path.samefile(path, name):
+            raise InputError(str(path), "a file that is read", "another one to write")
 
 
 class _Run:

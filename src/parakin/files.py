@@ -17,21 +17,22 @@ from parakin.graph import Graph
 from parakin.mechanism import Body, Joint, Mechanism, Platform
 from parakin.motion import Motion, from_table
 from parakin.motion_csv import read_motion_csv
-from parakin.validation import validated
+from parakin.validation import AnyModel, validated
 
 MAX_BYTES = 1_000_000
 _MAX_DEPTH = 12
+_TOO_DEEP = (f"lists or tables more than {_MAX_DEPTH} deep", "fewer inside one another")
 _COORDINATE_TABLES = ("home", "stated", "guess", "limits")
 
 
 def catalogue() -> dict[str, str]:
     """Mechanisms that come with parakin: name and title."""
     found = {}
-    for entry in sorted(_catalogue_folder().iterdir(), key=lambda item: item.name):
+    for entry in _catalogue_folder().iterdir():
         if entry.name.endswith(".toml"):
             title = tomllib.loads(entry.read_text("utf-8")).get("title", "")
             found[entry.name.removesuffix(".toml")] = str(title)
-    return found
+    return dict(sorted(found.items()))
 
 
 def _catalogue_folder() -> Any:
@@ -44,18 +45,26 @@ def load(mechanism: str | Path, parameters: Mapping[str, Value] | None = None) -
     parameters: overrides by name. Raises InputError with file, place, found and expected.
     """
     path = Path(mechanism)
-    if str(mechanism) in catalogue():
+    known = catalogue()
+    if str(mechanism) in known:
         text = (_catalogue_folder() / f"{mechanism}.toml").read_text("utf-8")
         origin = str(mechanism)
-    elif isinstance(mechanism, str) and not path.suffix and not path.exists():
-        raise InputError(
-            "mechanism", f"unknown name {mechanism!r}", nearest(mechanism, catalogue())
-        )
+    elif isinstance(mechanism, str) and _is_name(mechanism):
+        expected = f"a file, or {nearest(mechanism, known)}"
+        raise InputError("mechanism", f"unknown name {mechanism!r}", expected)
     else:
         text, origin = read_text(path), str(path)
     table = _with_original(parse_toml(text, origin), origin)
     made = mechanism_from_table(table, origin)
     return made.with_parameters(parameters) if parameters else made
+
+
+def _is_name(text: str) -> bool:
+    """Whether `text`, unknown to the catalogue, was meant as a name rather than as a file."""
+    try:
+        return not text or not (Path(text).suffix or Path(text).exists())
+    except OSError:  # too long for a file's name
+        return True
 
 
 def _with_original(table: dict[str, Any], origin: str) -> dict[str, Any]:
@@ -64,7 +73,7 @@ def _with_original(table: dict[str, Any], origin: str) -> dict[str, Any]:
     if name is None:
         return table
     if not isinstance(name, str) or name not in catalogue():
-        raise InputError(f"{origin}: variant_of", repr(name)[:80], nearest(str(name), catalogue()))
+        raise InputError(f"{origin}: variant_of", repr(name), nearest(str(name), catalogue()))
     text = (_catalogue_folder() / f"{name}.toml").read_text("utf-8")
     original = _with_original(parse_toml(text, name), name)
     for key in ("bodies", "joints"):
@@ -98,7 +107,8 @@ def read_text(path: Path) -> str:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}, byte {error.start}", "no UTF-8 text", "UTF-8") from None
+        found = f"byte 0x{data[error.start]:02x}, which is not UTF-8"
+        raise InputError(f"{path}, byte {error.start}", found, "a text file in UTF-8") from None
     if not text.strip():
         raise InputError(str(path), "an empty file", "a TOML file")
     return text
@@ -109,11 +119,13 @@ def parse_toml(text: str, origin: str) -> dict[str, Any]:
     try:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(origin, str(error), "TOML") from None
-    except (RecursionError, ValueError, OverflowError) as error:
-        raise InputError(origin, f"no usable TOML ({error})"[:200], "TOML") from None
+        raise InputError(origin, f"a syntax error: {error}", "TOML") from None
+    except RecursionError:
+        raise InputError(origin, *_TOO_DEEP) from None
+    except (ValueError, OverflowError) as error:
+        raise InputError(origin, f"a value that cannot be read: {error}", "TOML") from None
     if _depth(table) > _MAX_DEPTH:
-        raise InputError(origin, f"tables nested over {_MAX_DEPTH} deep", "a mechanism")
+        raise InputError(origin, *_TOO_DEEP)
     return table
 
 
@@ -141,47 +153,53 @@ def mechanism_from_table(table: Mapping[str, Any], origin: str) -> Mechanism:
     for key in ("bodies", "joints"):
         if key not in data:
             raise InputError(origin, f"no table [{key}]", f"[{key}.NAME] tables")
-    data["bodies"] = tuple(
-        validated(
-            Body,
-            {"name": name, **_table(body, f"{origin}: bodies.{name}")},
-            f"{origin}: bodies.{name}",
-        )
-        for name, body in _table(data["bodies"], f"{origin}: bodies").items()
-    )
-    data["joints"] = tuple(
-        validated(
-            Joint,
-            {"name": name, **_table(joint, f"{origin}: joints.{name}")},
-            f"{origin}: joints.{name}",
-        )
-        for name, joint in _table(data["joints"], f"{origin}: joints").items()
-    )
+    data["bodies"] = _listed(Body, data["bodies"], f"{origin}: bodies")
+    data["joints"] = _listed(Joint, data["joints"], f"{origin}: joints")
     if "platform" in data:
         place = f"{origin}: platform"
         data["platform"] = validated(Platform, _table(data["platform"], place), place)
     for key in _COORDINATE_TABLES:
         if key in data:
-            data[key] = flattened(_table(data[key], f"{origin}: {key}"))
+            data[key] = flattened(_table(data[key], f"{origin}: {key}"), f"{origin}: {key}")
     if "origin" in data:
-        raise InputError(f"{origin}: origin", "a key 'origin'", "no such key")
+        raise InputError(origin, "unknown key 'origin'", "no such key")
     return Mechanism(**data, origin=origin)
+
+
+def _listed(model: type[AnyModel], tables: object, place: str) -> tuple[AnyModel, ...]:
+    """Tables by name as models that know their names."""
+    made = []
+    for name, table in _table(tables, place).items():
+        inner = _table(table, f"{place}.{name}")
+        if "name" in inner:
+            raise InputError(f"{place}.{name}", "a key 'name'", "the table's own name to be it")
+        made.append(validated(model, {"name": name, **inner}, f"{place}.{name}"))
+    return tuple(made)
 
 
 def _table(value: object, place: str) -> Mapping[str, Any]:
     if not isinstance(value, Mapping):
-        raise InputError(place, repr(value)[:80], "a table")
+        raise InputError(place, f"{value!r:.80}", "a table")
     return value
 
 
-def flattened(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Nested tables as one, their keys joined by dots: TOML reads `platform.x = 1` as nested."""
+def flattened(table: Mapping[str, Any], place: str) -> dict[str, Any]:
+    """Nested tables as one, their keys joined by dots: TOML reads `platform.x = 1` as nested.
+
+    Raises InputError on a table without keys, and on a name that is given both ways.
+    """
     flat: dict[str, Any] = {}
     for key, value in table.items():
+        inner = {key: value}
         if isinstance(value, Mapping):
-            flat |= flattened(value, f"{prefix}{key}.")
-        else:
-            flat[prefix + key] = value
+            if not value:
+                raise InputError(f"{place}.{key}", "an empty table", "a value")
+            below = flattened(value, f"{place}.{key}")
+            inner = {f"{key}.{name}": item for name, item in below.items()}
+        for name, item in inner.items():
+            if name in flat:
+                raise InputError(f"{place}.{name}", "two values", "one")
+            flat[name] = item
     return flat
 
 
@@ -205,48 +223,75 @@ def load_motion(
     if str(motion) in mechanism.motions:
         table = mechanism.motions[str(motion)]
         name, place = str(motion), f"{mechanism.where}: motions.{motion}"
-    elif isinstance(motion, str) and not path.suffix and not path.exists():
+    elif isinstance(motion, str) and _is_name(motion):
         raise InputError(
             f"motion of {mechanism.name}",
             f"unknown name {motion!r}",
-            nearest(motion, mechanism.motions),
+            f"a file, or {nearest(motion, mechanism.motions)}",
         )
     elif path.suffix.lower() == ".toml":
-        table, name, place = parse_toml(read_text(path), str(path)), path.stem, str(path)
+        table, name = parse_toml(read_text(path), str(path)), path.stem
+        place = f"{path}: motion"
     else:
         if rate is not None:
             raise InputError(str(path), "a rate for recorded data", "no rate: it has its own times")
         return read_motion_csv(path, dimensions, smoothing=smoothing, max_gap=max_gap)
+    for option, given in (("smoothing", smoothing), ("max_gap", max_gap)):
+        if given is not None:
+            raise InputError(place, f"{option} for a motion given by laws", "recorded data")
     parameters = Parameters(mechanism.parameters, mechanism.where)
     return from_table(table, name, parameters, driven, dimensions, place, rate=rate)
+
+
+def check_writable(path: Path) -> None:
+    """Raises InputError where `path` cannot be written, before anything is computed for it."""
+    target = _target(path)
+    with _told(path), tempfile.TemporaryFile(dir=target.parent):
+        pass
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """A temporary path beside `path`, moved over it at the end; removed if anything fails.
 
-    Raises InputError where it cannot be written.
+    A link is followed. Raises InputError where it cannot be written.
     """
-    try:
+    target = _target(path)
+    with _told(path):
         handle, name = tempfile.mkstemp(
-            dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix
+            dir=target.parent, prefix=f".{target.stem[:100]}-", suffix=target.suffix
         )
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(str(path), reason, "a path that can be written") from None
-    os.close(handle)
-    temporary = Path(name)
+        os.close(handle)
+        temporary = Path(name)
+        try:
+            yield temporary
+            mask = os.umask(0)
+            os.umask(mask)
+            temporary.chmod(0o666 & ~mask)
+            temporary.replace(target)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """What the system says against `path`, as InputError."""
     try:
-        if path.is_dir():
-            raise InputError(str(path), "a folder", "a file to write")
-        yield temporary
-        mask = os.umask(0)
-        os.umask(mask)
-        temporary.chmod(0o666 & ~mask)
-        temporary.replace(path)
+        yield
     except OSError as error:
-        raise InputError(
-            str(path), error.strerror or str(error), "a path that can be written"
-        ) from None
-    finally:
-        temporary.unlink(missing_ok=True)
+        reason = error.strerror or str(error)
+        raise InputError(str(path), reason.lower(), "a file that can be written") from None
+
+
+def _target(path: Path) -> Path:
+    """The file that `path` or the link there stands for. Raises InputError if it is none."""
+    try:
+        with _told(path):
+            target = path.resolve()
+            if target.is_dir():
+                raise InputError(str(path), "a folder", "a file to write")
+            if target.exists() and not target.is_file():
+                raise InputError(str(path), "a device or the like", "a file to write")
+            return target
+    except (ValueError, RuntimeError) as error:  # a null character, a loop of links
+        raise InputError(repr(str(path)), str(error), "a path") from None

@@ -8,8 +8,9 @@ out as NaN, one close to singular with a small `conditioning`.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from parakin import closure
 from parakin.closure import Row
@@ -75,29 +76,30 @@ def trace(
     guesses = {
         k: add(value, plan.offset(k)) for k, value in zip(newton_unknowns(plan), guess, strict=True)
     }
-    quality: list[Scalar] = []
+    quality: list[Scalar] = []  # conditioning figures, squared, their signs kept
     moves: list[Scalar] = []
     for block in plan.blocks:
         if block.form == "newton":
             last, figure = _newton(circuits, block, angles, guesses, steps)
             moves += last
             if outputs.derivatives == 0:
-                quality.append(figure)
+                quality.append(_signed_square(figure, functions))
         else:
             _closed_form(circuits, block, angles, quality)
     results: list[Scalar] = []
     if outputs.derivatives > 0:
-        for k in plan.affine:
-            circuits.rates[k] = _mix(plan, k, driven_rates)
-        circuits.rates.update(dict.fromkeys(_unknowns(plan), 0.0))
-        for block in plan.blocks:
-            quality += _rates(circuits, block, functions)
-    if outputs.derivatives > 1:
-        for k in plan.affine:
-            circuits.second[k] = _mix(plan, k, driven_second)
-        circuits.second.update(dict.fromkeys(_unknowns(plan), 0.0))
-        for block in plan.blocks:
-            _accelerations(circuits, block, functions)
+        systems = [_System.of(circuits, block) for block in plan.blocks]
+        circuits.rates |= {k: _mix(plan, k, driven_rates) for k in plan.affine}
+        circuits.rates |= dict.fromkeys(_unknowns(plan), 0.0)
+        drifts = [system.drifts(circuits, closure.rate) for system in systems]
+        rates, figures = _substituted(plan, systems, drifts, functions)
+        circuits.quicken(rates=rates)
+        quality += figures
+        if outputs.derivatives > 1:
+            circuits.second |= {k: _mix(plan, k, driven_second) for k in plan.affine}
+            circuits.second |= dict.fromkeys(_unknowns(plan), 0.0)
+            drifts = [system.drifts(circuits, closure.acceleration) for system in systems]
+            circuits.quicken(second=_substituted(plan, systems, drifts, functions)[0])
     columns = [
         _output(plan, circuits, name, angles, outputs.derivatives) for name in outputs.coordinates
     ]
@@ -108,7 +110,7 @@ def trace(
         for move in moves:
             step = add(step, mul(move, move))
         results.append(_residual(plan, circuits, functions))
-        results.append(_least(quality, functions))
+        results.append(_signed_root(_least(quality, functions), functions))
         results.append(functions.sqrt(step) if moves else 0.0)
         results.append(_least(angles.nearness, functions))
     for body, place in outputs.points:
@@ -121,6 +123,15 @@ def _least(figures: Sequence[Scalar], functions: Functions) -> Scalar:
     for figure in figures:
         least = functions.minimum(least, figure)
     return least
+
+
+def _signed_square(a: Scalar, functions: Functions) -> Scalar:
+    return mul(a, functions.sqrt(mul(a, a)))
+
+
+def _signed_root(a: Scalar, functions: Functions) -> Scalar:
+    size = functions.sqrt(mul(a, a))
+    return functions.copysign(functions.sqrt(size), a)
 
 
 def _motion_of(circuits: Circuits, body: int, place: Vector) -> list[Scalar]:
@@ -204,14 +215,14 @@ def _closed_form(circuits: Circuits, block: Block, angles: _Angles, quality: lis
         angles.give(circuits, k, mul(side, sub(mul(block.sign, root), b)))
         if not block.regular:
             aside = sub(dot(u, u), mul(b, b))  # the square of the centre's distance from the slide
-            quality.append(functions.sqrt(reach / add(reach, aside)))
+            quality.append(reach / add(reach, aside))
         return
     ahead = row_at(Turn(0.0, 1.0, 0.0))
     across = row_at(Turn(0.0, 0.0, 1.0))
     if block.form == "turn":  # a cos + b sin = 0
         a, b = ahead, across
-        length = functions.sqrt(add(mul(a, a), mul(b, b)))
-        scale = block.sign / length
+        size = add(mul(a, a), mul(b, b))
+        scale = block.sign / functions.sqrt(size)
         cosine, sine = mul(b, scale), -mul(a, scale)
     else:  # a cos + b sin + c = 0
         behind = row_at(Turn(0.0, -1.0, 0.0))
@@ -223,10 +234,9 @@ def _closed_form(circuits: Circuits, block: Block, angles: _Angles, quality: lis
         inverse = 1.0 / size
         cosine = mul(inverse, sub(mul(b, root), mul(a, c)))
         sine = -mul(inverse, add(mul(b, c), mul(a, root)))
-        quality.append(functions.sqrt(mul(reach, inverse)))
-        length = functions.sqrt(size)
+        quality.append(mul(reach, inverse))
     if not block.regular:  # an arm that shrinks leaves its angle undetermined
-        quality.append(mul(1.0 / block.lever, length))
+        quality.append(mul(1.0 / block.lever**2, size))
     angles.found[k] = (sine, cosine)
     circuits.turns[k] = Turn(None, cosine, sine)
 
@@ -276,26 +286,60 @@ def _jacobian(circuits: Circuits, block: Block) -> list[list[Scalar]]:
     return matrix
 
 
-def _rates(circuits: Circuits, block: Block, functions: Functions) -> list[Scalar]:
-    """The block's rates, from the matrix conditions of connectivity (eq. 10)."""
-    # With the block's own rates at zero (and those still to come, which its rows do not know).
-    drift = [closure.rate(circuits, row, closure.ends(circuits, row.cut)) for row in block.rows]
-    solved = solve(_jacobian(circuits, block), [drift], functions)
-    circuits.quicken(
-        rates={k: -v for k, v in zip(block.unknowns, solved.solutions[0], strict=True)}
-    )
-    return [mul(block.sign, solved.conditioning)] if block.form == "newton" else []
+class _System(NamedTuple):
+    """A block's rows as the matrix conditions of connectivity (eq. 10): columns by coordinate."""
+
+    block: Block
+    ends: list[closure.Ends]
+    own: list[list[Scalar]]
+    earlier: list[dict[int, Scalar]]
+
+    @classmethod
+    def of(cls, circuits: Circuits, block: Block) -> _System:
+        ends = [closure.ends(circuits, row.cut) for row in block.rows]
+        earlier: list[dict[int, Scalar]] = []
+        for row, end in zip(block.rows, ends, strict=True):
+            sides = closure.loop(circuits, row.cut)
+            earlier.append(
+                {
+                    k: closure.derivative(circuits, row, end, k, sides[k])
+                    for k in block.needs
+                    if k in sides
+                }
+            )
+        return cls(block, ends, _jacobian(circuits, block), earlier)
+
+    def drifts(
+        self, circuits: Circuits, of: Callable[[Circuits, Row, closure.Ends], Scalar]
+    ) -> list[Scalar]:
+        """How the rows change while every unknown rests (or keeps its rate)."""
+        return [of(circuits, row, e) for row, e in zip(self.block.rows, self.ends, strict=True)]
 
 
-def _accelerations(circuits: Circuits, block: Block, functions: Functions) -> None:
-    """The block's accelerations, from the derivative of the conditions of connectivity."""
-    drift = [
-        closure.acceleration(circuits, row, closure.ends(circuits, row.cut)) for row in block.rows
-    ]
-    solved = solve(_jacobian(circuits, block), [drift], functions)
-    circuits.quicken(
-        second={k: -v for k, v in zip(block.unknowns, solved.solutions[0], strict=True)}
-    )
+def _substituted(
+    plan: Plan,
+    systems: Sequence[_System],
+    drifts: Sequence[Sequence[Scalar]],
+    functions: Functions,
+) -> tuple[dict[int, Scalar], list[Scalar]]:
+    """The unknowns' rates block by block: what the rows drift, and what is found, add to zero."""
+    found: dict[int, Scalar] = {}
+    figures: list[Scalar] = []
+    for block, system, drift in zip(plan.blocks, systems, drifts, strict=True):
+        sides: list[Scalar] = []
+        for start, columns in zip(drift, system.earlier, strict=True):
+            side = start
+            for k, slope in columns.items():
+                side = add(side, mul(slope, found[k]))
+            sides.append(side)
+        solved = solve(system.own, [sides], functions)
+        found |= {
+            k: sub(0.0, value)
+            for k, value in zip(block.unknowns, solved.solutions[0], strict=True)
+        }
+        if block.form == "newton":
+            figures.append(_signed_square(mul(block.sign, solved.conditioning), functions))
+    return found, figures
 
 
 def _output(

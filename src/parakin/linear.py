@@ -26,7 +26,8 @@ def solve(
     """Solve matrix x = side for every side."""
     n = len(matrix)
     if n == 1:
-        return Solved([[_ratio(side[0], matrix[0][0])] for side in sides], 1.0)
+        inverse = 1.0 / matrix[0][0]  # written as one division that later right-hand sides share
+        return Solved([[mul(inverse, side[0])] for side in sides], 1.0)
     lengths: Scalar = 1.0
     for row in matrix:
         square: Scalar = 0.0
@@ -38,10 +39,6 @@ def solve(
     else:
         solutions, determinant = _by_reflections(matrix, sides, functions)
     return Solved(solutions, determinant / functions.sqrt(lengths))
-
-
-def _ratio(a: Scalar, b: Scalar) -> Scalar:
-    return 0.0 if isinstance(a, float) and a == 0.0 else a / b
 
 
 def _by_minors(

@@ -76,9 +76,8 @@ def _machine_code(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
         return hy.expression(float(a)) if isinstance(a, (int, float)) else a
 
     def minimum(a: Scalar, b: Scalar) -> Scalar:
-        # Written so that a NaN in either operand comes out: a comparison with NaN is false.
         a, b = constant(a), constant(b)
-        return hy.select(hy.lte(a, b), a, hy.select(hy.lt(b, a), b, a + b))
+        return hy.select(hy.lt(b, a), b, a)
 
     def copysign(size: Scalar, sign: Scalar) -> Scalar:
         return hy.select(hy.lt(constant(sign), constant(0.0)), -size, size)

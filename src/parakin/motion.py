@@ -386,19 +386,24 @@ def _refuse_gaps(t: FloatArray, max_gap: float | None, place: str) -> None:
 
 
 def _refuse_contradiction(t: FloatArray, x: FloatArray, v: FloatArray, place: str) -> None:
-    """Refuse v (n,) as the derivative of x (n,) if it is off by a factor of two or a sign.
+    """Refuse v (n,) as the derivative of x (n,) if it is off by a factor of two, or in sign.
 
-    The trapezoidal integral of v may stray from x by half of the way that either covers, by a
-    micrometre or microradian (per second), and by what noise builds up: four times the root of
-    the sum of the squared changes, from step to step, in what v leaves over. A wrong unit leaves
-    over about as much in one step as in the next, so it does not pass for noise.
+    The integral of v by the trapezoidal rule may stray from x over half of the range that either
+    covers, plus a micrometre or microradian (per second), plus what noise may build up. That is
+    judged by the third differences of what v leaves over: noise changes from step to step, a
+    wrong unit does not where there are a dozen samples or more in a cycle.
     """
-    covered = np.diff(t) * (v[1:] + v[:-1]) / 2
+    step = np.diff(t)
+    covered = step * (v[1:] + v[:-1]) / 2
     left = np.diff(x) - covered
-    stray = np.abs(np.cumsum(left)).max()
-    way = max(np.ptp(x), np.ptp(np.cumsum(np.append(0.0, covered))))
-    if stray > way / 2 + 4 * np.sqrt(np.sum(np.diff(left) ** 2)) + 1e-6:
-        found = f"an integral off by {stray:.3g} from values that range over {np.ptp(x):.3g}"
+    with np.errstate(over="ignore", invalid="ignore"):
+        noise = 3 * np.linalg.norm(step[3:] * np.diff(left / step, 3))
+
+    def reach(steps: FloatArray) -> float:
+        return float(np.ptp(np.append(0.0, np.cumsum(steps))))
+
+    if reach(left) > max(reach(np.diff(x)), reach(covered)) / 2 + noise + 1e-6:
+        found = f"an integral off by {reach(left):.3g} from values ranging over {np.ptp(x):.3g}"
         expected = "the derivative, in SI or the unit stated; or only positions"
         raise InputError(place, found, expected)
 
@@ -507,10 +512,10 @@ def flatten(table: Mapping[str, Any], place: str) -> dict[str, Any]:
     flat: dict[str, Any] = {}
     for key, entry in table.items():
         laws = {key: entry}
-        if isinstance(entry, Mapping) and entry:
-            if all(isinstance(inner, Mapping) for inner in entry.values()):
-                inside = flatten(entry, f"{place}.{key}")
-                laws = {f"{key}.{name}": law for name, law in inside.items()}
+        inner = list(entry.values()) if isinstance(entry, Mapping) else []
+        if inner and all(isinstance(value, Mapping) for value in inner):
+            below = flatten(entry, f"{place}.{key}")
+            laws = {f"{key}.{name}": law for name, law in below.items()}
         for name in laws.keys() & flat.keys():
             raise InputError(f"{place}.{name}", "two laws", "one")
         flat |= laws

@@ -56,7 +56,8 @@ class Block:
     """Unknowns and as many rows, to be solved together once the blocks before are.
 
     `form` says how (a single unknown has a closed form); `sign` is that of the determinant at
-    home, which tells this branch from the other. A `regular` block is never singular of itself;
+    home, which tells this branch from the other; `needs` are the unknowns of earlier blocks that
+    the rows depend on. A `regular` block is never singular of itself;
     `lever` is the arm an angle turns on at home [m, or as its row counts].
     """
 
@@ -64,6 +65,7 @@ class Block:
     rows: tuple[Row, ...]
     form: Form = "newton"
     sign: float = 1.0
+    needs: tuple[int, ...] = ()
     regular: bool = False
     lever: float = 1.0
 
@@ -399,7 +401,8 @@ def _refined(
             else:
                 waiting.remove(ready[0])
             block = ready[0]
-        ordered.append(block)
+        needs = set().union(*(dependence[row] for row in block.rows)) & solved
+        ordered.append(replace(block, needs=tuple(sorted(needs))))
         solved |= set(block.unknowns)
     return ordered
 

@@ -17,26 +17,30 @@ from parakin.assembly import FloatArray
 from parakin.graph import Graph
 from parakin.tracking import Status
 
+_CLOSES = 1e-9  # of the characteristic length: a stated home this near is one
 
-def catalogue_table(entries: Mapping[str, str]) -> RenderableType:
-    table = _table("mechanism", "what it is")
-    for name, title in entries.items():
-        table.add_row(Text(name), Text(title))
+
+def catalogue_table(entries: Mapping[str, tuple[str, str]]) -> RenderableType:
+    """Mechanisms by name with their titles and motions: what `parakin list` prints."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("mechanism", "what it is", "motions"):
+        table.add_column(heading, no_wrap=heading == "mechanism")
+    for name, (title, motions) in entries.items():
+        table.add_row(Text(name), Text(title), Text(motions or "none"))
     return table
 
 
 def _table(*headings: str) -> Table:
+    """A table of numbers, for a console wide enough that none is cut or folded."""
     table = Table(box=None, pad_edge=False, header_style="bold")
     for k, heading in enumerate(headings):
-        table.add_column(heading, justify="left" if k == 0 else "right", no_wrap=k == 0)
-    if headings[-1:] == ("what it is",):
-        table.columns[-1].justify = "left"
+        table.add_column(heading, justify="left" if k == 0 else "right", no_wrap=True)
     return table
 
 
 def shown(value: float, angle: bool) -> str:
     """A coordinate for reading: millimetres or degrees."""
-    return f"{math.degrees(value):.4f} deg" if angle else f"{1e3 * value:.4f} mm"
+    return f"{math.degrees(value):z.4f} deg" if angle else f"{1e3 * value:z.4f} mm"
 
 
 def mechanism_report(graph: Graph, home: FloatArray, found: Mobility) -> RenderableType:
@@ -134,14 +138,18 @@ def _home_notes(graph: Graph, home: FloatArray) -> list[Text]:
     notes = [Text("  * actuated", style="dim")]
     if graph.stated:
         off = {k: float(home[k]) - value for k, value in graph.stated.items()}
-        worst = max(off, key=lambda k: abs(off[k]))
-        coordinate = graph.coordinates[worst]
-        notes.append(
-            Text(
+        size = {
+            k: abs(d) * (graph.length if graph.coordinates[k].angle else 1) for k, d in off.items()
+        }
+        worst = max(size, key=lambda k: size[k])
+        said = "  The stated values close the loops."
+        if size[worst] > _CLOSES * graph.length:
+            said = (
                 "  The stated values do not quite close the loops: the largest difference is "
-                f"{shown(off[worst], coordinate.angle)} at {coordinate.name}."
+                f"{shown(off[worst], graph.coordinates[worst].angle)} at "
+                f"{graph.coordinates[worst].name}."
             )
-        )
+        notes.append(Text(said))
     return notes
 
 
@@ -198,22 +206,23 @@ def solve_report(ds: xr.Dataset, found: Extremes, seconds: float) -> RenderableT
 
     ds: any window of the result, for names, units and home. seconds: time spent solving.
     """
-    table = _table("actuated", "from", "to", "stroke from home", "peak speed", "peak acceleration")
+    table = _table("actuated", "from", "to", "stroke from home", "peak speed", "peak accel.")
     units = ds["unit"].values.tolist()
     chosen = np.flatnonzero(ds["actuated"].values).tolist() or range(ds.sizes["coordinate"])
     home = ds["home"].values
     for k in chosen:
         angle = units[k] == "rad"
         scale, unit = (math.degrees(1.0), "deg") if angle else (1e3, "mm")
+        name = Text(f"{found.coordinates[k]} [{unit}]")
         if not np.isfinite(found.low[k]):
-            table.add_row(Text(found.coordinates[k]), *["nothing solved"] + [""] * 4)
+            table.add_row(name, *["nothing solved"] + [""] * 4)
             continue
         down, up = scale * (found.low[k] - home[k]), scale * (found.high[k] - home[k])
         table.add_row(
-            Text(found.coordinates[k]),
-            f"{scale * found.low[k]:.3f} {unit}",
-            f"{scale * found.high[k]:.3f} {unit}",
-            f"{down:+.3f} .. {up:+.3f} {unit}",
+            name,
+            f"{scale * found.low[k]:z.3f}",
+            f"{scale * found.high[k]:z.3f}",
+            f"{down:+z.3f} .. {up:+z.3f}",
             f"{scale * found.speed[k]:.3f} {unit}/s",
             f"{scale * found.acceleration[k]:.3f} {unit}/s²",
         )

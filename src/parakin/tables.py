@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
-from parakin.errors import InputError
+from parakin.errors import InputError, nearest
 from parakin.files import replacing
 from parakin.results import ORDERS
 
@@ -31,7 +31,8 @@ _BODY = {
 def check_output(path: Path) -> None:
     """Raises InputError where `path` has no known suffix or its library is not installed."""
     if path.suffix.lower() not in SUFFIXES:
-        raise InputError(str(path), f"suffix {path.suffix!r}", f"one of {', '.join(SUFFIXES)}")
+        found = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
+        raise InputError(str(path), found, nearest(path.suffix, SUFFIXES))
     needs = {".nc": "h5netcdf", ".parquet": "pyarrow"}.get(path.suffix.lower())
     if needs and importlib.util.find_spec(needs) is None:
         raise InputError(str(path), f"{needs} not installed", "pip install 'parakin[files]'")
@@ -118,8 +119,9 @@ def _netcdf(windows: Iterable[xr.Dataset], path: Path) -> None:
         for name, variable in first.variables.items():
             values = variable.values
             text = values.dtype.kind in "UO"
-            if values.dtype.kind == "b":
-                values = values.astype(np.int8)
+            attributes = dict(variable.attrs)
+            if values.dtype.kind == "b":  # as xarray writes them, and reads them back
+                values, attributes["dtype"] = values.astype(np.int8), "bool"
             chunks = None
             if "time" in variable.dims:
                 chunks = tuple(
@@ -132,7 +134,7 @@ def _netcdf(windows: Iterable[xr.Dataset], path: Path) -> None:
                 _text_type() if text else values.dtype,
                 chunks=chunks,
             )
-            made.attrs.update(variable.attrs)
+            made.attrs.update(attributes)
             if "time" not in variable.dims:
                 made[...] = values.astype(object) if text else values
         if "coordinate" in first:

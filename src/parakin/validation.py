@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from parakin.errors import InputError, nearest
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+else:
+    ModelMetaclass = type(BaseModel)
 
 AnyModel = TypeVar("AnyModel", bound=BaseModel)
 _EXPECTED = (
@@ -20,8 +25,22 @@ _EXPECTED = (
 _SCALARS = ("int", "float", "str")
 
 
-class Table(BaseModel):
-    """A table that has the declared keys and no others, its values of the declared types."""
+class _Telling(ModelMetaclass):
+    """Makes models whose construction in Python fails with an InputError too."""
+
+    def __call__(cls, /, **data: Any) -> Any:
+        try:
+            return super().__call__(**data)
+        except ValidationError as error:
+            place = " ".join(str(part) for part in (cls.__name__, data.get("name")) if part)
+            raise input_error(error, f"{place}:", data) from None
+
+
+class Table(BaseModel, metaclass=_Telling):
+    """A table that has the declared keys and no others, its values of the declared types.
+
+    Raises InputError where it has not.
+    """
 
     unsaid: ClassVar[frozenset[str]] = frozenset()  # keys that a file leaves to its reader
 
@@ -38,7 +57,8 @@ class Table(BaseModel):
             raise _finding(f"unknown key {unknown[0]!r}", nearest(str(unknown[0]), known))
         missing = [key for key, needed in keys.items() if needed and key not in given]
         if missing:
-            raise _finding(f"no key {missing[0]!r}", f"values for {', '.join(missing)}")
+            what = "a value" if len(missing) == 1 else "values"
+            raise _finding(f"no key {missing[0]!r}", f"{what} for {', '.join(missing)}")
         return data
 
 
