@@ -20,6 +20,7 @@ from parakin.expressions import ANGLE, LENGTH, Parameters
 from parakin.motion import FloatArray, Law, Motion, from_arrays, from_laws, from_table
 from parakin.validation import input_error, validated
 
+PATIENT = settings(deadline=None)  # the first spline imports scipy
 EPS = float(np.finfo(float).eps)
 
 
@@ -112,6 +113,7 @@ positive = st.floats(0.01, 100)
 
 
 @pytest.mark.parametrize("make", REST_TO_REST)
+@PATIENT
 @given(start=finite, by=finite, duration=positive, begin=st.floats(0, 10))
 def test_rest_to_rest_laws_rest_at_and_beyond_both_ends(
     make: Any, start: float, by: float, duration: float, begin: float
@@ -134,6 +136,7 @@ def test_rest_to_rest_laws_rest_at_and_beyond_both_ends(
         assert_allclose(acceleration, 0, atol=atol, rtol=0)
 
 
+@PATIENT
 @given(
     steps=st.lists(st.floats(0.2, 2), min_size=1, max_size=6),
     values=st.lists(finite, min_size=7, max_size=7),
@@ -215,6 +218,7 @@ def test_a_window_is_a_slice_of_the_samples() -> None:
     assert drive.coordinates == tuple(LAWS)
     everything = drive.samples()
 
+    @PATIENT
     @given(st.integers(0, drive.count), st.integers(0, drive.count))
     def check(start: int, stop: int) -> None:
         part = drive.window(start, stop)
@@ -305,7 +309,7 @@ def wave(t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 def uneven(n: int, seed: int = 1) -> FloatArray:
     """Steps that vary sevenfold about the mean, over 3 s."""
     steps = np.random.default_rng(seed).uniform(0.25, 1.75, n - 1)
-    return np.concatenate([[0.0], np.cumsum(steps)]) * 3 / steps.sum()
+    return np.append(0.0, np.cumsum(steps)) * 3 / float(steps.sum())
 
 
 def test_given_derivatives_are_taken_as_given() -> None:
@@ -319,6 +323,7 @@ def test_given_derivatives_are_taken_as_given() -> None:
         assert got.flags.c_contiguous
 
 
+@PATIENT
 @given(st.integers(0, 50), st.integers(0, 50))
 def test_a_window_of_arrays_is_a_slice_and_the_callers_own(start: int, stop: int) -> None:
     t = uneven(50)
@@ -351,6 +356,7 @@ def test_the_splines_derivatives_of_uneven_samples(origin: float) -> None:
     assert_allclose(acceleration, a, rtol=0, atol=h**4 * sixth)
 
 
+@PATIENT
 @given(
     st.lists(st.floats(-3, 3), min_size=6, max_size=6),
     st.lists(st.floats(0.2, 1), min_size=8, max_size=20),
@@ -572,18 +578,32 @@ def test_contradictions_are_refused(
     assert "the derivative, in SI or the unit stated; or only positions" in refusal(error)
 
 
+AMPLITUDES = st.sampled_from([0.0, 1e-9, 1e-3, 1.0, 1e3])
+CYCLES = st.floats(0, 0.15)  # per sample: seven samples a cycle or more
+
+
+@PATIENT
+@given(n=st.integers(4, 1000), cycles=CYCLES, amplitude=AMPLITUDES, phase=st.floats(0, 6))
+def test_true_derivatives_are_no_contradiction(
+    n: int, cycles: float, amplitude: float, phase: float
+) -> None:
+    t = np.linspace(0, 1, n)
+    p, v, a = motion.sine(0.3, amplitude, cycles * n, phase)(t)
+    from_arrays("m", ["x"], t, [p], [v], [a])
+
+
 @given(
-    n=st.integers(8, 3000),
-    cycles=st.floats(0, 0.15),
-    amplitude=st.sampled_from([0.0, 1e-9, 1e-3, 1.0, 1e3]),
+    n=st.integers(40, 3000),
+    cycles=CYCLES,
+    amplitude=AMPLITUDES,
     noise=st.tuples(*[st.sampled_from([0.0, 1e-5, 1e-2])] * 3),
     seed=st.integers(0, 2**32 - 1),
 )
-@settings(max_examples=300)
-def test_true_or_noisy_derivatives_are_no_contradiction(
+@settings(deadline=None, max_examples=300)
+def test_noisy_derivatives_are_no_contradiction(
     n: int, cycles: float, amplitude: float, noise: tuple[float, ...], seed: int
 ) -> None:
-    """Any frequency with seven samples a cycle or more; noise, also on what does not move."""
+    """Also where nothing moves, given samples enough to judge the noise by."""
     t = np.linspace(0, 1, n)
     rng = np.random.default_rng(seed)
     exact = motion.sine(0.3, amplitude, cycles * n, float(rng.uniform(0, 6)))(t)
@@ -719,23 +739,23 @@ BAD_TABLES = [
     (HEAD + "rate = 1e9", "motion 'general': found 2e+09 steps"),
     (
         HEAD + "laws.platform.z = { law = 'constant', value = 1 }",
-        "motions.general.laws: found 'platform.z', not driven; expected ... did you mean 'platform.",
+        "motions.general.laws: found 'platform.z', not driven ... did you mean 'platform.",
     ),
     (LAW + "3", "motions.general.laws.platform: found no key 'law'; expected the key law"),
     (LAW + "{ by = 3 }", "motions.general.laws.platform.x: found no key 'law'; expected the key"),
     (LAW + "{}", "motions.general.laws.platform.x: found no key 'law'"),
     (
         LAW + '{ law = "cosin", by = 3 }',
-        "motions.general.laws.platform.x.law: found 'cosin'; expected ... poly4567 ... did you mean 'cosine'?",
+        "general.laws.platform.x.law: found 'cosin' ... poly4567 ... did you mean 'cosine'?",
     ),
     (LAW + "{ law = 3 }", "motions.general.laws.platform.x.law: found 3; expected one of: "),
     (
         LAW + '{ law = "cosine", bye = 3 }',
-        "motions.general.laws.platform.x: found unknown key 'bye'; ... duration, from, law, to ... did you mean 'by'",
+        "laws.platform.x: found unknown key 'bye' ... duration, from, law, to ... mean 'by'",
     ),
     (
         LAW + '{ law = "sine", amplitud = 1, frequency = 1 }',
-        "motions.general.laws.platform.x: found unknown key 'amplitud' ... did you mean 'amplitude'",
+        "laws.platform.x: found unknown key 'amplitud' ... did you mean 'amplitude'",
     ),
     (
         LAW + '{ law = "sine", amplitude = 1 }',
@@ -807,6 +827,7 @@ def test_tables_are_refused(text: str, message: str) -> None:
     assert_says(error, message)
 
 
+@PATIENT
 @given(
     st.recursive(
         st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),

@@ -290,7 +290,7 @@ def neighbours(
             break
         mix = rng.normal(size=motions.shape[1])
         move = motions @ mix
-        move *= size / np.abs(move / coordinate_scales(graph)).max()
+        move *= size * rng.uniform(0.3, 1.0) / np.abs(move / coordinate_scales(graph)).max()
         at, norm = close(graph, tree, home.q + move)
         if norm < CLOSED:
             found.append(at)

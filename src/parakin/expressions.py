@@ -262,18 +262,22 @@ class Parameters:
             raise InputError(
                 place, f"{len(text)} characters", f"an expression of at most {MAX_CHARACTERS}"
             )
-        units: list[str] = []
+        units: list[_Quantity] = []
         marker = "_unit"  # stands for a unit, under a name that the text does not use
         while marker in unicodedata.normalize("NFKC", text):
             marker = f"_{marker}"
 
         def mark(match: re.Match[str]) -> str:
-            units.append(match[2])
-            return f"({match[1]}*{marker}{len(units) - 1})"
+            unit, by = _unit(match[2]), "*"
+            parts = round(1 / unit.value) if 0 < unit.value < 1 else 0
+            if parts and 1 / parts == unit.value:  # 950 mm are 0.95 to the last bit
+                unit, by = _Quantity(float(parts), _scaled(unit.dimension, -1.0)), "/"
+            units.append(unit)
+            return f"({match[1]}{by}{marker}{len(units) - 1})"
 
         def look_up(name: str) -> _Quantity:
             if name.startswith(marker):
-                return _unit(units[int(name.removeprefix(marker))])
+                return units[int(name.removeprefix(marker))]
             return self._look_up(name)
 
         expected = "a finite number"

@@ -68,6 +68,7 @@ class GraphJoint:
     pairs: tuple[Pair, ...]
     tail: Matrix
     first: int
+    actuated: bool = False
 
     @property
     def coordinates(self) -> range:
@@ -146,12 +147,15 @@ class Graph:
         joints `last` only where it must.
 
         Otherwise it leaves out the joints of most freedom, since they close a loop with the
-        fewest rows, and the later of equals: spherical joints before revolute ones.
+        fewest rows: spherical joints before revolute ones; of equals passive joints before
+        actuated ones, turns before slides, and the later in the file.
         """
 
-        def order(k: int) -> tuple[int, int, int]:
+        def order(k: int) -> tuple[int, int, bool, bool, int]:
+            joint = self.joints[k]
             rank = 0 if k in first else 1 if k in second else 3 if k in last else 2
-            return (rank, len(self.joints[k].pairs), k)
+            slides = any(pair.slides for pair in joint.pairs)
+            return (rank, len(joint.pairs), not joint.actuated, not slides, k)
 
         group = list(range(len(self.bodies)))
         kept: list[int] = []
@@ -268,6 +272,7 @@ def graph_of(mechanism: Mechanism) -> Graph:
                 pairs,
                 THETA if joint.kind == "universal" else IDENTITY,
                 len(named),
+                joint.actuated,
             )
         )
         for k, pair in enumerate(pairs, start=1):

@@ -334,8 +334,7 @@ def _substituted(
             sides.append(side)
         solved = solve(system.own, [sides], functions)
         found |= {
-            k: sub(0.0, value)
-            for k, value in zip(block.unknowns, solved.solutions[0], strict=True)
+            k: sub(0.0, value) for k, value in zip(block.unknowns, solved.solutions[0], strict=True)
         }
         if block.form == "newton":
             figures.append(_signed_square(mul(block.sign, solved.conditioning), functions))
@@ -386,6 +385,4 @@ def _residual(plan: Plan, circuits: Circuits, functions: Functions) -> Scalar:
             gap = closure.value(circuits, row, end)
             gap = mul(plan.graph.length, gap) if row.kind == "align" else gap
             total = add(total, mul(gap, gap))
-    if isinstance(total, float):
-        return 0.0
     return functions.sqrt(total)

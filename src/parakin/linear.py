@@ -79,7 +79,7 @@ def _by_reflections(
     determinant: Scalar = 1.0
     diagonal: list[Scalar] = []
     for k in range(n):
-        if all(isinstance(rows[i][k], float) and rows[i][k] == 0.0 for i in range(k + 1, n)):
+        if all(type(rows[i][k]) is float and rows[i][k] == 0.0 for i in range(k + 1, n)):
             diagonal.append(rows[k][k])  # nothing below to remove
             determinant = mul(determinant, rows[k][k])
             continue

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from parakin.kernel import CHECKS, Outputs, newton_unknowns, trace
 from parakin.ordering import Plan
-from parakin.spatial import ARRAYS, Functions, Scalar
+from parakin.spatial import ARRAYS, FLOATS, Functions, Scalar
 
 FloatArray = NDArray[np.float64]
 
@@ -75,14 +75,35 @@ def _machine_code(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
     def constant(a: Scalar) -> Scalar:
         return hy.expression(float(a)) if isinstance(a, (int, float)) else a
 
-    def minimum(a: Scalar, b: Scalar) -> Scalar:
-        a, b = constant(a), constant(b)
-        return hy.select(hy.lt(b, a), b, a)
+    def lifted(
+        symbolic: Callable[..., Scalar], plain: Callable[..., Scalar]
+    ) -> Callable[..., Scalar]:
+        """The function on expressions, constants being worked out at once."""
 
-    def copysign(size: Scalar, sign: Scalar) -> Scalar:
-        return hy.select(hy.lt(constant(sign), constant(0.0)), -size, size)
+        def function(*arguments: Scalar) -> Scalar:
+            if all(type(a) is float for a in arguments):
+                return plain(*arguments)
+            return symbolic(*(constant(a) for a in arguments))
 
-    functions = Functions(hy.sin, hy.cos, hy.sqrt, hy.atan2, minimum, copysign)
+        return function
+
+    functions = Functions(
+        *(
+            lifted(symbolic, plain)
+            for symbolic, plain in zip(
+                (
+                    hy.sin,
+                    hy.cos,
+                    hy.sqrt,
+                    hy.atan2,
+                    lambda a, b: hy.select(hy.lt(b, a), b, a),
+                    lambda size, sign: hy.select(hy.lt(sign, constant(0.0)), -size, size),
+                ),
+                FLOATS,
+                strict=True,
+            )
+        )
+    )
     inputs = hy.make_vars(*(f"i{k}" for k in range(input_count(plan, outputs))))
     inputs = inputs if isinstance(inputs, list) else [inputs]
     results = _traced(plan, outputs, steps, list(inputs), functions)

@@ -112,9 +112,7 @@ def plan_of(
             f"{graph.mechanism.where}: the joints of the driven coordinates form a closed loop "
             f"({', '.join(loose)}); drive coordinates of other joints"
         )
-    samples = neighbours(graph, graph.tree(), home, 3)
-    if len(samples) < 3:
-        samples += [home] * (3 - len(samples))
+    samples = neighbours(graph, graph.tree(), home, 3) or [home]
     check_driven(graph, driven, home, samples)
     affine = _affine(graph, driven, home, samples)
     best = _analysed(graph, tree, driven, affine, samples)
@@ -169,13 +167,14 @@ def _affine(
     """Coordinates whose rates are the same mix of the driven ones everywhere, as in eq. (5)."""
     tree = graph.tree()
     maps = []
-    for at in samples:
+    for at in (*samples, home):
         motions, _ = freedoms(graph, tree, configure(graph, tree, at.q))
         maps.append(np.linalg.solve(motions[list(driven)].T, motions.T).T)
     spread = np.ptp(np.array(maps), axis=0).max(axis=1)
     found = {}
     for k in range(len(graph.coordinates)):
-        if spread[k] > _ZERO * 1e1 or len({id(s) for s in samples}) < 2:
+        lone = len(samples) < 2 and k not in driven  # nothing to compare with
+        if spread[k] > 10 * _ZERO or lone:
             continue
         mean = np.mean([m[k] for m in maps], axis=0)
         mean[np.abs(mean) < 1e-10] = 0.0

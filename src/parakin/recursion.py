@@ -79,7 +79,7 @@ def slide(value: Scalar) -> Turn:
 
 
 def turn(value: Scalar, functions: Functions) -> Turn:
-    if isinstance(value, float) and value == 0.0:
+    if type(value) is float and value == 0.0:
         return Turn(0.0, 1.0, 0.0)
     return Turn(value, functions.cos(value), functions.sin(value))
 

@@ -179,7 +179,7 @@ class Solver:
             if part.shape != first.shape:
                 raise InputError(name, f"shape {part.shape}", f"{first.shape}, that of y")
             parts.append(part)
-        return np.concatenate(parts) if len(parts) > 1 else np.ascontiguousarray(first)
+        return np.ascontiguousarray(np.concatenate(parts) if len(parts) > 1 else first)
 
     def _iterate(self, inputs: FloatArray, guess: FloatArray | None) -> FloatArray:
         single = inputs.ndim == 1

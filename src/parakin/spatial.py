@@ -37,7 +37,7 @@ ARRAYS = Functions(np.sin, np.cos, np.sqrt, np.arctan2, np.minimum, np.copysign)
 
 
 def _is(a: Scalar, literal: float) -> bool:
-    return isinstance(a, float) and a == literal
+    return type(a) is float and a == literal  # a NumPy scalar is a value, whatever it holds
 
 
 def add(a: Scalar, b: Scalar) -> Scalar:

@@ -72,11 +72,12 @@ Run = Callable[[FloatArray], FloatArray]
 
 
 def classify(out: FloatArray, layout: Layout) -> StatusArray:
-    """A status per sample from its residual and conditioning."""
+    """A status per sample from its residual and conditioning; of NaN, both are made NaN."""
     residual, conditioning = out[layout.checks], out[layout.checks + 1]
     status = np.zeros(out.shape[1], dtype=np.int8)
     if residual.max(initial=0.0) <= layout.tolerance and conditioning.min(initial=1.0) >= SINGULAR:
         return status
+    conditioning[np.isnan(residual)] = np.nan
     status[~(conditioning >= SINGULAR)] = Status.SINGULAR
     status[conditioning < -SINGULAR] = Status.BRANCH_CHANGE
     status[~(residual <= layout.tolerance)] = Status.ITERATION_LIMIT
@@ -182,8 +183,10 @@ class Tracker:
         """A batch from guesses: y (3, k, n), guess (m, n); repeated until it converges or not."""
         out = self._run(_columns(y, guess))
         checks = self._layout.checks
-        for _ in range(_REPEATS):
-            open_ = ~(out[checks] <= self._layout.tolerance) & ~np.isnan(out[checks])
+        for repeat in range(_REPEATS):
+            # A step or two beyond what is needed reaches round-off, and costs little.
+            wanted = self._layout.tolerance * (0.01 if repeat < 2 else 1.0)
+            open_ = ~(out[checks] <= wanted) & ~np.isnan(out[checks])
             if not open_.any():
                 break
             again = self._run(

@@ -28,11 +28,11 @@ _SCALARS = ("int", "float", "str")
 class _Telling(ModelMetaclass):
     """Makes models whose construction in Python fails with an InputError too."""
 
-    def __call__(cls, /, **data: Any) -> Any:
+    def __call__(self, /, **data: Any) -> Any:
         try:
             return super().__call__(**data)
         except ValidationError as error:
-            place = " ".join(str(part) for part in (cls.__name__, data.get("name")) if part)
+            place = " ".join(str(part) for part in (self.__name__, data.get("name")) if part)
             raise input_error(error, f"{place}:", data) from None
 
 

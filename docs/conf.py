@@ -1,0 +1,24 @@
+"""Sphinx configuration: `sphinx-build -W docs site`."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "src"))
+
+import parakin
+
+project = "parakin"
+author = "the parakin developers"
+copyright = "2026, the parakin developers"
+release = parakin.__version__
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "sphinx.ext.mathjax"]
+myst_enable_extensions = ["dollarmath", "amsmath", "deflist"]
+html_theme = "furo"
+html_title = "parakin"
+autodoc_member_order = "bysource"
+autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented"
+autodoc_preserve_defaults = True
+exclude_patterns = ["README.md"]
+nitpicky = False
+suppress_warnings = ["myst.xref_missing"]

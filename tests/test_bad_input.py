@@ -1,0 +1,813 @@
+"""Bad input of every kind: one message, exit code 2, and nothing written, changed or left behind.
+
+Nearly all of it goes through the command line, since that is where strangers meet it.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import parakin
+from parakin import InputError
+from parakin.cli import main
+
+LINKAGE = """
+name = "linkage"
+title = "a crank, a coupler and a rocker"
+driven = ["A"]
+
+[parameters]
+r = "0.2 m"
+l = "500 mm"
+reach = "r + l"
+
+[guess]
+A = "70 deg"
+
+[bodies]
+crank = {}
+coupler = { points = { P = [0, 0, 0] } }
+rocker = {}
+
+[joints.A]
+kind = "revolute"
+parent = "base"
+child = "crank"
+actuated = true
+
+[joints.B]
+kind = "revolute"
+parent = "crank"
+child = "coupler"
+on_parent = { at = ["r", 0, 0] }
+
+[joints.C]
+kind = "revolute"
+parent = "coupler"
+child = "rocker"
+on_parent = { at = ["l", 0, 0] }
+on_child = { at = ["0.4 m", 0, 0] }
+
+[joints.D]
+kind = "revolute"
+parent = "base"
+child = "rocker"
+on_parent = { at = ["0.5 m", 0, 0] }
+
+[motions.turn]
+duration = "2 s"
+laws = { A = { law = "poly345", by = "40 deg" } }
+"""
+MOTION = """
+duration = "2 s"
+rate = 50
+
+[laws]
+A = { law = "poly345", by = "40 deg" }
+"""
+KINDS = "one of: cylindrical, fixed, prismatic, revolute, spherical, universal"
+ARITHMETIC = "only numbers, units, parameters, + - * / ** and functions"
+
+Refusal = Callable[..., str]
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a good mechanism, a good motion and old results."""
+    monkeypatch.chdir(tmp_path)
+    Path("linkage.toml").write_text(LINKAGE)
+    Path("motion.toml").write_text(MOTION)
+    for name in ("old.csv", "old.nc", "old.parquet", "old.png"):
+        Path(name).write_text("old")
+    return tmp_path
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file() and not path.is_symlink()
+    }
+
+
+@pytest.fixture
+def refusal(here: Path, capsys: pytest.CaptureFixture[str]) -> Refusal:
+    """Runs a command that must be refused; gives its message."""
+
+    def run(*arguments: str) -> str:
+        before = contents(here)
+        capsys.readouterr()
+        code = main(arguments)
+        out, err = capsys.readouterr()
+        assert (code, out) == (2, "")
+        assert err.startswith("error: ")
+        assert err.count("\n") == 1
+        assert err.endswith("\n")
+        assert contents(here) == before
+        return err.removeprefix("error: ").rstrip("\n")
+
+    return run
+
+
+def edited(text: str, old: str, new: str) -> str:
+    assert text.count(old) > 0, old
+    return text.replace(old, new, 1)
+
+
+def test_the_unspoilt_files_are_good(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", "linkage.toml"]) == 0
+    assert parakin.compile("linkage.toml").motion("motion.toml").count == 101
+    assert capsys.readouterr().err == ""
+
+
+# ---- what a mechanism's file says
+
+IN_B = '{ at = ["r", 0, 0] }'
+MECHANISM = [
+    # unknown names
+    ('kind = "revolute"', 'kind = "revolut"', "joints.A.kind: found 'revolut'; expected " + KINDS),
+    ('kind = "revolute"', 'kind = "revolut"', "; did you mean 'revolute'?"),
+    ('child = "coupler"', 'child = "copler"', "joints.B.child: found unknown body 'copler'"),
+    ('child = "coupler"', 'child = "copler"', "one of: base, coupler, crank, rocker; did you"),
+    ('parent = "crank"', 'parent = "Crank"', "joints.B.parent: found unknown body 'Crank'"),
+    ('driven = ["A"]', 'driven = ["AA"]', "found unknown coordinate 'AA'; expected one of: A, B"),
+    ('driven = ["A"]', 'driven = ["A"]\nfrom_home = ["Q"]', "found unknown coordinate 'Q'"),
+    ('A = "70 deg"', 'Z = "70 deg"', "guess.Z: found unknown coordinate 'Z'; expected one of: A"),
+    ("[guess]", "[home]\nAx = 1\n[guess]", "home.Ax: found unknown coordinate 'Ax'"),
+    ("[guess]", "[stated]\nA.y = 1\n[guess]", "stated.A.y: found unknown coordinate 'A.y'"),
+    ("[guess]", "[limits]\nQ = [0, 1]\n[guess]", "limits.Q: found unknown coordinate 'Q'"),
+    ("[guess]", '[platform]\nbody = "rokker"\n[guess]', "platform.body: found unknown body 'rokk"),
+    ("[guess]", '[platform]\nbody = "rokker"\n[guess]', "did you mean 'rocker'?"),
+    (
+        "[guess]",
+        '[platform]\nbody = "coupler"\npoint = "p"\n[guess]',
+        "platform.point: found unknown point 'p'; expected one of: P; did you mean 'P'?",
+    ),
+    (
+        'name = "linkage"',
+        'name = "linkage"\nvariant_of = "flight-simulato"',
+        "variant_of: found 'flight-simulato'; expected one of: flight-simulator, flight-simulator",
+    ),
+    ('l = "500 mm"', 'l = "500 mmm"', "'mmm' is not a unit; expected one of: Hz, cm, deg"),
+    ('l = "500 mm"', 'l = "500 mmm"', "did you mean 'mm'?"),
+    ('reach = "r + l"', 'reach = "r + L"', "parameters.reach: found 'r + L': unknown parameter"),
+    ('reach = "r + l"', 'reach = "r + L"', "expected one of: l, r, reach; did you mean 'l'?"),
+    # keys
+    ('title = "a', 'tittle = "a', ": found unknown key 'tittle'; expected one of: base, bodies"),
+    ('title = "a', 'tittle = "a', "did you mean 'title'?"),
+    ('title = "a', 'origin = "a', ": found unknown key 'origin'; expected no such key"),
+    ('name = "linkage"\n', "", ": found no key 'name'; expected a value for name"),
+    ('child = "crank"\n', "", "joints.A: found no key 'child'; expected a value for child"),
+    ('child = "crank"', 'chlid = "crank"', "joints.A: found unknown key 'chlid'; expected one of"),
+    ('child = "crank"', 'chlid = "crank"', "did you mean 'child'?"),
+    (
+        'child = "crank"',
+        'name = "A"\nchild = "crank"',
+        "joints.A: found a key 'name'; expected the",
+    ),
+    (
+        IN_B,
+        '{ at = ["r", 0, 0], axes = [0, 0, 1] }',
+        "joints.B.on_parent: found unknown key 'axes'",
+    ),
+    ("crank = {}", "crank = { pts = 1 }", "bodies.crank: found unknown key 'pts'; expected one of"),
+    ("[guess]", '[platform]\nbdy = "rocker"\n[guess]', "platform: found unknown key 'bdy'"),
+    (LINKAGE, "name = 'a'\n[bodies]\n", ": found no table [joints]; expected [joints.NAME] tables"),
+    (LINKAGE, "name = 'a'\n[joints]\n", ": found no table [bodies]; expected [bodies.NAME] tables"),
+    (
+        LINKAGE,
+        "name = 'a'\n[bodies]\n[joints]\n",
+        "joints: found none; expected at least one joint",
+    ),
+    # types
+    ('name = "linkage"', "name = 3", "name: found 3; expected text"),
+    ('name = "linkage"', 'name = "4bar"', "name: found '4bar'; expected a name of up to 64"),
+    ('driven = ["A"]', 'driven = "A"', "driven: found 'A'; expected a list"),
+    ('driven = ["A"]', "driven = [1]", "driven[0]: found 1; expected text"),
+    ("crank = {}", "crank = 1", "bodies.crank: found 1; expected a table"),
+    ("crank = {}", '"1st" = {}', "bodies.1st.name: found '1st'; expected a name of up to 64"),
+    ("crank = {}", '"a\\nb\\u001b[31m" = {}', "bodies.a\\nb\\x1b[31m.name: found"),
+    ('kind = "revolute"', "kind = 3", "joints.A.kind: found 3; expected " + KINDS),
+    ("actuated = true", 'actuated = "yes"', "joints.A.actuated: found 'yes'; expected true or"),
+    (IN_B, "[1]", "joints.B.on_parent: found [1]; expected a table"),
+    (IN_B, '{ at = "r" }', "joints.B.on_parent.at: found 'r'; expected a list"),
+    (IN_B, '{ at = ["r", 0] }', "joints.B.on_parent.at: found ['r', 0]; expected a list of 3"),
+    (
+        IN_B,
+        "{ at = [0, 0, 0, 0] }",
+        "joints.B.on_parent.at: found [0, 0, 0, 0]; expected a list of",
+    ),
+    (IN_B, "{ at = [] }", "joints.B.on_parent.at: found []; expected a list of 3"),
+    (IN_B, "{ at = [true, 0, 0] }", "joints.B.on_parent.at[0]: found True; expected a number, a"),
+    (IN_B, "{ at = [0, {}, 0] }", "joints.B.on_parent.at[1]: found {}; expected a number, a quan"),
+    (IN_B, '{ turns = [["x"]] }', "joints.B.on_parent.turns[0]: found ['x']; expected a list of 2"),
+    (IN_B, '{ turns = [["w", 1]] }', "on_parent.turns[0][0]: found 'w'; expected one of: x, y, z"),
+    ("P = [0, 0, 0]", "P = [0, 0]", "bodies.coupler.points.P: found [0, 0]; expected a list of 3"),
+    ('r = "0.2 m"', "r = [1]", "parameters.r: found [1]; expected a number, a quantity like"),
+    ('r = "0.2 m"', "r = 2020-01-01", "parameters.r: found datetime.date(2020, 1, 1); expected a"),
+    ('r = "0.2 m"', '"a-b" = 1\nr = "0.2 m"', "parameters.a-b: found 'a-b'; expected a name that"),
+    ('r = "0.2 m"', 'pi = 3\nr = "0.2 m"', "parameters.pi: found 'pi'; expected a name that"),
+    (
+        'r = "0.2 m"',
+        'lambda = 3\nr = "0.2 m"',
+        "parameters.lambda: found 'lambda'; expected a name",
+    ),
+    ("[parameters]", "[parameters.deep]", "parameters.deep: found {'r': '0.2 m', 'l': '500 mm'"),
+    ('A = "70 deg"', "A = {}", "guess.A: found an empty table; expected a value"),
+    ('A = "70 deg"', 'B.x = 1\n"B.x" = 2', "guess.B.x: found two values; expected one"),
+    ("[guess]", "[limits]\nA = [1]\n[guess]", "limits.A: found [1]; expected a list of 2"),
+    ("[guess]", "[limits]\nA = [1, 0]\n[guess]", "limits.A: found [1, 0]; expected a lower limit"),
+    ("[guess]", "[platform]\nangles = 3\n[guess]", "platform.angles: found 3; expected a list"),
+    (
+        "[guess]",
+        '[platform]\nbody = "coupler"\nangles = [["a", "x"], ["a", "y"], ["c", "z"]]\n[guess]',
+        "expected three distinct names (not x, y, z), one about each of the axes x, y and z",
+    ),
+    ("[guess]", "motions.up = 3\n[guess]", "motions.up: found 3; expected a table"),
+    # expressions
+    ('r = "0.2 m"', 'r = "reach"', "parameters.r: found the cycle r -> reach -> r; expected expr"),
+    ('r = "0.2 m"', 'r = "1/0"', "parameters.r: found '1/0': it divides by zero; expected a fin"),
+    ('r = "0.2 m"', 'r = "sqrt(-1)"', "parameters.r: found 'sqrt(-1)': it has no real value"),
+    ('r = "0.2 m"', 'r = "9**9**9"', "parameters.r: found '9**9**9': it overflows; expected a fin"),
+    ('r = "0.2 m"', 'r = ""', "parameters.r: found '': it cannot be parsed; expected a number, a"),
+    ('r = "0.2 m"', 'r = "2 r 3"', "parameters.r: found '2 r 3': it cannot be parsed; expected"),
+    ('r = "0.2 m"', f'r = "{"1+" * 400}1"', "parameters.r: found 801 characters; expected an exp"),
+    ('r = "0.2 m"', f'r = "{"-" * 400}1"', "parameters.r: found '-"),
+    ('r = "0.2 m"', "r = \"__import__('os')\"", "unknown function '__import__'; expected one of"),
+    ('r = "0.2 m"', 'r = "l.__class__"', f"it is more than arithmetic; expected {ARITHMETIC}"),
+    ('r = "0.2 m"', 'r = "[x for x in l]"', f"it is more than arithmetic; expected {ARITHMETIC}"),
+    ('r = "0.2 m"', 'r = "(lambda: 1)()"', f"it is more than arithmetic; expected {ARITHMETIC}"),
+    ('r = "0.2 m"', 'r = "_unit0"', "parameters.r: found '_unit0': unknown parameter '_unit0'"),
+    # dimensions
+    ('r = "0.2 m"', 'r = "0.2 kg"', "'kg' is not a unit of length, angle or time; expected one of"),
+    (IN_B, '{ at = ["15 deg", 0, 0] }', "joints.B.on_parent.at[0]: found '15 deg', an angle; expe"),
+    (IN_B, '{ turns = [["z", "l"]] }', "joints.B.on_parent.turns[0]: found 'l', a length; expect"),
+    ("P = [0, 0, 0]", 'P = [0, "1 s", 0]', "bodies.coupler.points.P[1]: found '1 s', a time; exp"),
+    ('A = "70 deg"', 'A = "70 mm"', "guess.A: found '70 mm', a length; expected an angle"),
+    (
+        "[guess]",
+        '[limits]\nA = ["0 m", 1]\n[guess]',
+        "limits.A: found '0 m', a length; expected an",
+    ),
+    # values that are no numbers
+    (IN_B, "{ at = [nan, 0, 0] }", "joints.B.on_parent.at[0]: found nan; expected a finite number"),
+    (IN_B, "{ at = [0, -inf, 0] }", "joints.B.on_parent.at[1]: found -inf; expected a finite num"),
+    (
+        IN_B,
+        f"{{ at = [1{'0' * 400}, 0, 0] }}",
+        "at[0]: found a number beyond range; expected a fin",
+    ),
+    ('r = "0.2 m"', "r = nan", "parameters.r: found nan; expected a finite number"),
+    ('r = "0.2 m"', 'r = "1e999"', "parameters.r: found '1e999': it overflows; expected a finite"),
+    ('r = "0.2 m"', f"r = {'9' * 5000}", ": found a value that cannot be read: Exceeds the limit"),
+    ('A = "70 deg"', "A = inf", "guess.A: found inf; expected a finite number"),
+    (
+        "[guess]",
+        "[limits]\nA = [-inf, inf]\n[guess]",
+        "limits.A: found -inf; expected a finite num",
+    ),
+    # frames
+    (IN_B, "{ axis = [0, 0, 0] }", "joints.B.on_parent.axis: found the axis [0.0, 0.0, 0.0]; expe"),
+    (IN_B, "{ axis = ['r - r', 0, 0] }", "joints.B.on_parent.axis: found the axis [0.0, 0.0, 0.0]"),
+    (
+        IN_B,
+        "{ axis = [0, 0, 1], x = [0, 0, 2] }",
+        "joints.B.on_parent.x: found [0, 0, 2] along the",
+    ),
+    (IN_B, "{ axis = [0, 0, 1], x = [0, 0, 0] }", "joints.B.on_parent.x: found the axis [0.0, 0.0"),
+    (IN_B, "{ x = [0, 0, 1] }", "joints.B.on_parent.x: found an x without an axis; expected axis"),
+    (
+        IN_B,
+        '{ axis = [0, 0, 1], turns = [["x", 1]] }',
+        "joints.B.on_parent.turns: found turns beside an axis; expected either turns or an axis",
+    ),
+    # structure
+    (
+        "crank = {}",
+        "crank = {}\nlonely = {}",
+        "bodies: found lonely not connected to 'base'; expec",
+    ),
+    ('child = "crank"', 'child = "base"', "joints.A: found 'base' joined to itself; expected two"),
+    ("[joints.B]", "[joints.A]", ": found a syntax error: Cannot declare ('joints', 'A') twice"),
+    ("crank = {}", "crank = {}\ncrank = {}", ": found a syntax error: Cannot overwrite a value"),
+    (
+        'name = "linkage"',
+        'name = "linkage"\nbase = "ground"',
+        "joints.A.parent: found unknown body 'base'; expected one of: coupler, crank, ground, ro",
+    ),
+    ("[joints.A]", "[joints.platform]", "unknown coordinate 'A'"),
+    (
+        "[guess]",
+        '[platform]\nbody = "coupler"\n[joints.platform]\nkind = "fixed"\nparent = "base"\n'
+        'child = "rocker"\n[guess]',
+        "joints.platform: found a joint named 'platform'; expected another name",
+    ),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "said"), MECHANISM, ids=range(len(MECHANISM)))
+def test_a_mechanism_that_says_something_wrong(
+    old: str, new: str, said: str, refusal: Refusal
+) -> None:
+    Path("linkage.toml").write_text(edited(LINKAGE, old, new))
+    message = refusal("check", "linkage.toml")
+    assert message.startswith("linkage.toml: ")
+    assert said in message
+    assert "; expected " in message
+
+
+def test_a_variant_with_changes_that_are_no_tables(refusal: Refusal) -> None:
+    variant = 'variant_of = "flight-simulator"\nname = "mine"\n'
+    for text, said in [
+        ("joints = 3", "variant.toml: joints: found 3; expected a table"),
+        ("joints.A1 = 3", "variant.toml: joints.A1: found 3; expected a table"),
+        ("joints.A1.knd = 3", "variant.toml: joints.A1: found unknown key 'knd'; expected one of"),
+        ("parameters = 3", "variant.toml: parameters: found 3; expected a table"),
+    ]:
+        Path("variant.toml").write_text(variant + text)
+        assert said in refusal("check", "variant.toml")
+
+
+# ---- files that are no mechanisms
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", "bad.toml: found an empty file; expected a TOML file"),
+        (b" \n\t\n", "bad.toml: found an empty file; expected a TOML file"),
+        (b"\xef\xbb\xbf", "bad.toml: found an empty file; expected a TOML file"),
+        (b"name =", "bad.toml: found a syntax error: Invalid value (at end of document); expected"),
+        (b"name = 'a'\nb", "bad.toml: found a syntax error: Expected '=' after a key"),
+        (bytes(range(256)), "bad.toml, byte 128: found byte 0x80, which is not UTF-8; expected a"),
+        (b"\x7fELF\x02\x01\x01\x00", "bad.toml: found a syntax error"),
+        (LINKAGE.encode("utf-16"), "bad.toml, byte 0: found byte 0xff, which is not UTF-8"),
+        ("title = 'é'".encode("latin-1"), "bad.toml, byte 9: found byte 0xe9, which is not UTF-8"),
+        (b"#" * 1_000_001, "bad.toml: found more than 1000000 bytes; expected a smaller file"),
+        (b"a = " + b"[" * 5000 + b"]" * 5000, "bad.toml: found lists or tables more than 12 deep"),
+        (b"a = " + b"[" * 50 + b"]" * 50, "bad.toml: found lists or tables more than 12 deep"),
+        (b"[" + b".".join([b"a"] * 50) + b"]", "bad.toml: found lists or tables more than 12 deep"),
+        (b"joints.a.b = 1\njoints.a.b.c = 2", "bad.toml: found a syntax error"),
+    ],
+)
+def test_a_file_that_is_no_mechanism(content: bytes, said: str, refusal: Refusal) -> None:
+    Path("bad.toml").write_bytes(content)
+    assert said in refusal("check", "bad.toml")
+
+
+@pytest.mark.parametrize(
+    ("path", "said"),
+    [
+        ("flight-simulatr", "mechanism: found unknown name 'flight-simulatr'; expected a file, or"),
+        ("flight-simulatr", "did you mean 'flight-simulator'?"),
+        ("", "mechanism: found unknown name ''; expected a file, or one of: flight-simulator"),
+        ("x" * 300, "mechanism: found unknown name 'xxx"),
+        ("a\0b", r"mechanism: found unknown name 'a\x00b'"),
+        ("a\0b.toml", "embedded null byte; expected a path"),
+        ("x" * 300 + ".toml", "found file name too long; expected a readable file"),
+        ("missing.toml", "missing.toml: found no such file or directory; expected a readable file"),
+        ("linkage.toml/x.toml", "linkage.toml/x.toml: found not a directory; expected a readable"),
+        (".", ".: found a folder; expected a file"),
+        ("folder.toml", "folder.toml: found a folder; expected a file"),
+        ("loop.toml", "loop.toml: found too many levels of symbolic links; expected a readable"),
+        ("/dev/zero", "/dev/zero: found more than 1000000 bytes; expected a smaller file"),
+        ("/dev/null", "/dev/null: found an empty file; expected a TOML file"),
+        ("/proc/self/mem", "/proc/self/mem: found input/output error; expected a readable file"),
+    ],
+)
+def test_a_path_that_cannot_be_read(path: str, said: str, refusal: Refusal) -> None:
+    Path("folder.toml").mkdir()
+    Path("loop.toml").symlink_to("loop.toml")
+    assert said in refusal("check", path)
+
+
+# ---- parameters from the command line
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        ("r", "--set: found 'r'; expected NAME=VALUE"),
+        ("=3", "--set: found '=3'; expected NAME=VALUE"),
+        ("r=", "--set: found 'r='; expected NAME=VALUE"),
+        ("r= ", "--set: found 'r= '; expected NAME=VALUE"),
+        ("", "--set: found ''; expected NAME=VALUE"),
+        (
+            "reech=3",
+            "parameters: found unknown parameter 'reech'; expected one of: l, r, reach; di",
+        ),
+        ("r=3 kg", "parameters.r: found '3 kg': 'kg' is not a unit of length"),
+        ("r=nan", "parameters.r: found 'nan': unknown parameter 'nan'"),
+        ("r=3 deg", "joints.B.on_parent.at[0]: found 'r', an angle; expected a length"),
+        ("r=l=2", "parameters.r: found 'l=2': it cannot be parsed"),
+        ("r=reach", "parameters.r: found the cycle r -> reach -> r"),
+        ("r=open('x')", "parameters.r: found \"open('x')\": unknown function 'open'"),
+    ],
+)
+def test_a_setting_that_means_nothing(setting: str, said: str, refusal: Refusal) -> None:
+    assert said in refusal("check", "linkage.toml", "--set", setting)
+
+
+# ---- mechanisms that cannot be, or not be driven so
+
+
+def test_a_mechanism_that_cannot_be_assembled_names_the_joint_and_its_gap(
+    refusal: Refusal,
+) -> None:
+    # The base is 3 m long, the crank, coupler and rocker 0.2 + 0.5 + 0.4 m.
+    Path("linkage.toml").write_text(edited(LINKAGE, '"0.5 m"', '"3 m"'))
+    message = refusal("check", "linkage.toml")
+    assert message.startswith("linkage.toml: cannot be assembled from its guess; the largest gap")
+    assert "at joint D: 1900 mm and 0 degrees" in message
+
+
+@pytest.mark.parametrize("size", ["1e60", "1e160", "1e300", "-1e300"])
+def test_dimensions_beyond_sense_are_refused_too(size: str, refusal: Refusal) -> None:
+    assert "cannot be assembled" in refusal("check", "flight-simulator", "--set", f"d1={size}")
+
+
+@pytest.mark.parametrize(
+    ("driven", "said"),
+    [
+        ([], "no driven coordinates are given"),
+        (["A", "A"], "a coordinate is driven twice: A, A"),
+        (["A", "D"], "A, D are dependent or locked near home: 2 are driven, 1 can move"),
+        (["a"], "driven: found unknown coordinate 'a'; expected one of: A, B, C, D; did you mean"),
+    ],
+)
+def test_driven_coordinates_that_do_not_fit_a_linkage(
+    driven: list[str], said: str, refusal: Refusal
+) -> None:
+    Path("linkage.toml").write_text(edited(LINKAGE, '["A"]', f"{driven}"))
+    message = refusal("solve", "linkage.toml", "motion.toml", "-o", "old.csv")
+    assert message.startswith("linkage.toml: ")
+    assert said in message
+
+
+@pytest.mark.parametrize(
+    ("driven", "reasons"),
+    [
+        (["platform.x"], ["mobility is 3", "1 coordinates are driven", "platform.phi"]),
+        (["A2", "B3", "C3", "D1"], ["dependent or locked", "4 are driven, 3 can move"]),
+        (["platform.x", "platform.y", "platform.z"], ["locked", "3 are driven, 2 can move"]),
+        (["D1", "E1", "platform.phi"], ["dependent", "3 are driven, 2 can move"]),
+    ],
+)
+def test_driven_coordinates_too_few_too_many_or_dependent(
+    driven: list[str], reasons: list[str]
+) -> None:
+    with pytest.raises(parakin.DrivenError) as caught:
+        parakin.compile("flight-simulator", driven, machine_code=False)
+    for reason in (*reasons, *driven):
+        assert reason in str(caught.value)
+
+
+def test_a_mechanism_too_stiff_to_be_driven(refusal: Refusal) -> None:
+    assert "3 are driven, 1 can move independently (mobility 1)" in refusal(
+        "solve", "flight-simulator-upu", "general", "-o", "old.csv"
+    )
+
+
+# ---- motions
+
+MOTIONS = [
+    (
+        "A = {",
+        "AA = {",
+        "motion.laws: found 'AA', not driven; expected one of: A; did you mean 'A'",
+    ),
+    ("A = {", "B = {", "motion.laws: found 'B', not driven; expected one of: A"),
+    (
+        '"poly345"',
+        '"poly34"',
+        "motion.laws.A.law: found 'poly34'; expected one of: chirp, constant",
+    ),
+    ('"poly345"', '"poly34"', "did you mean 'poly345'?"),
+    ('law = "poly345", ', "", "motion.laws.A: found no key 'law'; expected the key law"),
+    ("by =", "bye =", "motion.laws.A: found unknown key 'bye'; expected one of: begin, by"),
+    (
+        'by = "40 deg"',
+        "by = 1, to = 2",
+        "motion.laws.A.by and to: found both; expected one of them",
+    ),
+    (
+        'by = "40 deg"',
+        "by = [1]",
+        "motion.laws.A.by: found [1]; expected a number, a quantity like",
+    ),
+    ("40 deg", "40 mm", "motion.laws.A.by: found '40 mm', a length; expected an angle"),
+    (
+        "40 deg",
+        "40 deg + q",
+        "motion.laws.A.by: found '40 deg + q': unknown parameter 'q'; expected",
+    ),
+    ("40 deg", "().__class__", f"it is more than arithmetic; expected {ARITHMETIC}"),
+    ('"40 deg"', "nan", "motion.laws.A.by: found nan; expected a finite number"),
+    ("A = { law", "A = [1]\nB = { law", "motion.laws.A: found [1]; expected a table"),
+    ("rate = 50", "rte = 50", "motion: found unknown key 'rte'; expected one of: duration, laws"),
+    ("rate = 50", "rate = 0", "motion.rate: found 0; expected a positive number"),
+    ("rate = 50", "rate = inf", "motion.rate: found inf; expected a finite number"),
+    (
+        "rate = 50",
+        "rate = 1e30",
+        "found 2e+30 steps (2 s at 1e+30 samples per second); expected at",
+    ),
+    ('"2 s"', '"2 m"', "motion.duration: found '2 m', a length; expected a time"),
+    ('"2 s"', "-1", "motion.duration: found -1; expected a positive number"),
+    ('duration = "2 s"', "", "motion: found no key 'duration'; expected a value for duration"),
+    (MOTION, LINKAGE, "motion: found unknown key 'name'; expected one of: duration, laws, rate"),
+    (MOTION, "\n", ": found an empty file; expected a TOML file"),
+    (MOTION, "duration", ": found a syntax error: Expected '=' after a key"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "said"), MOTIONS, ids=range(len(MOTIONS)))
+def test_a_motion_that_says_something_wrong(
+    old: str, new: str, said: str, refusal: Refusal
+) -> None:
+    Path("motion.toml").write_text(edited(MOTION, old, new))
+    message = refusal("solve", "linkage.toml", "motion.toml", "-o", "old.csv")
+    assert "motion" in message.split(":")[0]
+    assert said in message
+    assert "; expected " in message
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (
+            ["trun"],
+            "motion of linkage: found unknown name 'trun'; expected a file, or one of: turn",
+        ),
+        (["trun"], "did you mean 'turn'?"),
+        ([""], "motion of linkage: found unknown name ''"),
+        (["t" * 300], "motion of linkage: found unknown name 'ttt"),
+        (["missing.toml"], "missing.toml: found no such file or directory; expected a readable"),
+        (["missing.csv"], "missing.csv: found no such file or directory; expected a readable"),
+        (["folder.csv"], "folder.csv: found"),
+        (["empty.csv"], "empty.csv: found"),
+        (["other.csv"], "other.csv: found"),
+        (["motion.toml", "--rate", "0"], "rate: found 0; expected a positive number"),
+        (["motion.toml", "--rate", "nan"], "rate: found nan; expected a positive number"),
+        (["motion.toml", "--rate", "fast"], "argument --rate: found 'fast'; expected a number"),
+        (
+            ["motion.toml", "--smooth", "1e-3"],
+            "found smoothing for a motion given by laws; expecte",
+        ),
+        (
+            ["motion.toml", "--max-gap", "1"],
+            "found max_gap for a motion given by laws; expected rec",
+        ),
+        (
+            ["recorded.csv", "--rate", "10"],
+            "recorded.csv: found a rate for recorded data; expected",
+        ),
+        (["recorded.csv", "--smooth", "-1"], "smoothing: found -1; expected a positive number"),
+    ],
+)
+def test_a_motion_that_cannot_be_had(arguments: list[str], said: str, refusal: Refusal) -> None:
+    Path("folder.csv").mkdir()
+    Path("empty.csv").touch()
+    Path("other.csv").write_text("time,B\n0,0\n1,1\n")
+    rows = "".join(f"{k / 10},{0.7 + k / 100}\n" for k in range(20))
+    Path("recorded.csv").write_text("time,A\n" + rows)
+    assert said in refusal("solve", "linkage.toml", *arguments, "-o", "old.csv")
+
+
+def test_a_motion_of_other_coordinates_is_refused_in_python_too() -> None:
+    from parakin.motion import constant, from_laws
+
+    solver = parakin.compile("linkage.toml", machine_code=False)
+    for laws in ({"B": constant(0.0)}, {"A": constant(0.0), "B": constant(0.0)}):
+        with pytest.raises(InputError) as caught:
+            solver.solve(from_laws("other", laws, 1.0, 10.0))
+        assert "other" in caught.value.place
+        assert "B" in caught.value.found
+        assert "A" in caught.value.expected
+
+
+# ---- where results cannot go
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["-o", "x.txt"], "x.txt: found the suffix '.txt'; expected one of: .csv, .nc, .parquet"),
+        (["-o", "x.cvs"], "did you mean '.csv'?"),
+        (["-o", "x"], "x: found no suffix; expected one of: .csv, .nc, .parquet"),
+        (["-o", ""], "found no suffix; expected one of: .csv, .nc, .parquet"),
+        (["--plot", "x.jpg"], "x.jpg: found suffix '.jpg'; expected one of .png, .svg, .pdf"),
+        (
+            ["-o", "nowhere/x.csv"],
+            "nowhere/x.csv: found no such file or directory; expected a file",
+        ),
+        (
+            ["-o", "linkage.toml/x.nc"],
+            "linkage.toml/x.nc: found not a directory; expected a file t",
+        ),
+        (["-o", "folder.csv"], "folder.csv: found a folder; expected a file to write"),
+        (["-o", "full.csv"], "full.csv: found a device or the like; expected a file to write"),
+        (["-o", "loop.csv"], "expected a"),
+        (["-o", "a\0.csv"], r"'a\x00.csv': found embedded null byte; expected a path"),
+        (["-o", "/proc/x.csv"], "/proc/x.csv: found"),
+        (["-o", "x" * 300 + ".csv"], ".csv: found file name too long; expected a file that can be"),
+        (["-o", "x.csv", "--plot", "nowhere/x.png"], "nowhere/x.png: found no such file or direct"),
+        (["-o", "old.csv", "--plot", "folder.png"], "folder.png: found a folder; expected a file"),
+        (["-o", "recorded.csv"], "recorded.csv: found a file that is read; expected another one"),
+        (["-o", "link.csv"], "link.csv: found a file that is read; expected another one"),
+    ],
+)
+def test_a_result_that_cannot_be_written(arguments: list[str], said: str, refusal: Refusal) -> None:
+    Path("folder.csv").mkdir()
+    Path("folder.png").mkdir()
+    Path("full.csv").symlink_to("/dev/full")
+    Path("loop.csv").symlink_to("loop.csv")
+    Path("link.csv").symlink_to("recorded.csv")
+    Path("recorded.csv").write_text("time,A\n0,0\n")
+    assert said in refusal("solve", "linkage.toml", "recorded.csv", *arguments)
+
+
+def test_a_device_is_never_replaced(refusal: Refusal) -> None:
+    Path("full.csv").symlink_to("/dev/full")
+    refusal("solve", "linkage.toml", "motion.toml", "-o", "full.csv")
+    assert Path("/dev/full").is_char_device()
+    assert Path("full.csv").is_symlink()
+
+
+# ---- the command line itself
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "the following arguments are required: COMMAND; see parakin --help"),
+        (
+            ["chek", "x"],
+            "command: found unknown name 'chek'; expected one of: check, list, solve; d",
+        ),
+        (["check"], "the following arguments are required: MECHANISM; see parakin check --help"),
+        (["solve", "linkage.toml"], "arguments are required: MOTION; see parakin solve --help"),
+        (
+            ["solve", "linkage.toml", "turn", "--plott"],
+            "unrecognized arguments: --plott; see parakin",
+        ),
+        (
+            ["solve", "linkage.toml", "turn", "-o"],
+            "argument -o/--output: expected one argument; see",
+        ),
+    ],
+)
+def test_a_command_that_cannot_be_parsed(arguments: list[str], said: str, refusal: Refusal) -> None:
+    assert said in refusal(*arguments)
+
+
+# ---- the same in Python
+
+
+def test_types_refuse_in_python_what_they_refuse_in_a_file() -> None:
+    from parakin import Body, Frame, Joint, Mechanism, Platform
+
+    def joint(name: str, parent: str = "base", child: str = "link") -> Joint:
+        return Joint(name=name, kind="revolute", parent=parent, child=child)
+
+    def mechanism(*joints: Joint, bodies: tuple[str, ...] = ("link",)) -> Mechanism:
+        made = tuple(Body(name=name) for name in bodies)
+        return Mechanism(name="arm", bodies=made, joints=joints)
+
+    cases: list[tuple[Callable[[], object], str]] = [
+        (lambda: mechanism(joint("A"), joint("A")), "arm: joints: found two named 'A'; expected"),
+        (
+            lambda: mechanism(joint("A"), bodies=("link", "link")),
+            "arm: bodies: found two named 'li",
+        ),
+        (
+            lambda: mechanism(joint("A", child="lnk")),
+            "arm: joints.A.child: found unknown body 'lnk'",
+        ),
+        (
+            lambda: mechanism(joint("A", child="base")),
+            "arm: joints.A: found 'base' joined to itsel",
+        ),
+        (lambda: mechanism(), "arm: joints: found none; expected at least one joint"),
+        (lambda: joint("1"), "Joint 1: name: found '1'; expected a name of up to 64"),
+        (
+            lambda: Joint(name="A", kind="revolut", parent="a", child="b"),  # type: ignore[arg-type]
+            "Joint A: kind: found 'revolut'; expected " + KINDS,
+        ),
+        (lambda: Joint(name="A"), "Joint A: found no key 'kind'; expected values for kind, pa"),  # type: ignore[call-arg]
+        (lambda: Frame(at=(1, 2)), "Frame: at: found [1, 2]; expected a list of 3"),  # type: ignore[arg-type]
+        (lambda: Frame(axes=(1, 2, 3)), "Frame: found unknown key 'axes'; expected one of: at"),  # type: ignore[call-arg]
+        (lambda: Platform(bdy="x"), "Platform: found unknown key 'bdy'; expected one of: angles"),  # type: ignore[call-arg]
+        (lambda: parakin.load("linkage.toml", {"q": 1}), "linkage.toml: parameters: found unknown"),
+        (lambda: parakin.compile("linkage.toml", ["Q"]), "found unknown coordinate 'Q'; expected"),
+        (
+            lambda: parakin.compile("linkage.toml", cut=["Q"]),
+            "cut: found unknown joint 'Q'; expect",
+        ),
+        (
+            lambda: parakin.compile("linkage.toml", coordinates=["Q"]),
+            "coordinates: found unknown coordinate 'Q'; expected one of: A, B, C, D",
+        ),
+    ]
+    for make, said in cases:
+        with pytest.raises(InputError) as caught:
+            make()
+        assert said in str(caught.value)
+
+
+def test_an_unknown_body_or_point_is_named() -> None:
+    solver = parakin.compile("linkage.toml", machine_code=False)
+    with pytest.raises(InputError) as caught:
+        solver.solve("turn", bodies=["coupler.Q"])
+    assert caught.value.found == "unknown body or point 'coupler.Q'"
+    assert caught.value.expected.startswith("one of: base, coupler, coupler.P, crank, rocker")
+
+
+# ---- as a process of its own
+
+
+def run(
+    *arguments: str, limit: int | None = None, stdout: int | str = subprocess.PIPE
+) -> tuple[int, str, str]:
+    """parakin in a process that may write files of at most `limit` bytes."""
+
+    def limited() -> None:
+        if limit is not None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    target = os.open(stdout, os.O_WRONLY) if isinstance(stdout, str) else stdout
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "parakin", *arguments],
+            stdout=target,
+            stderr=subprocess.PIPE,
+            text=True,
+            preexec_fn=limited,
+            timeout=60,
+            check=False,
+        )
+    finally:
+        if isinstance(stdout, str):
+            os.close(target)
+    return done.returncode, done.stdout or "", done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["check", "flight-simulatr"], "did you mean 'flight-simulator'?"),
+        (["check", "linkage.toml", "--set", "r=l.__class__"], "it is more than arithmetic"),
+        (["chek"], "did you mean 'check'?"),
+        (
+            ["solve", "linkage.toml", "motion.toml", "-o", "nowhere/x.csv"],
+            "nowhere/x.csv: found no",
+        ),
+    ],
+)
+def test_a_process_says_one_thing_and_exits_with_2(
+    arguments: list[str], said: str, here: Path
+) -> None:
+    before = contents(here)
+    code, out, err = run(*arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith("error: ")
+    assert said in err
+    assert err.count("\n") == 1
+    assert contents(here) == before
+
+
+@pytest.mark.parametrize("option", ["-o old.csv", "-o old.nc", "-o old.parquet", "--plot old.png"])
+def test_a_disk_that_fills_up_leaves_the_old_file_and_no_other(option: str, here: Path) -> None:
+    before = contents(here)
+    code, out, err = run("solve", "flight-simulator", "general", *option.split(), limit=9000)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"error: {option.split()[1]}: found ")
+    assert err.endswith("; expected a file that can be written\n")
+    assert err.count("\n") == 1
+    assert contents(here) == before
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["solve", "flight-simulator", "general", "-o", "-"],
+        ["check", "linkage.toml"],
+        ["list"],
+        ["--help"],
+    ],
+)
+def test_a_standard_output_that_takes_no_more(arguments: list[str]) -> None:
+    code, _, err = run(*arguments, stdout="/dev/full")
+    assert code == 2
+    assert err == (
+        "error: standard output: found no space left on device; expected a stream that takes it "
+        "all\n"
+    )
