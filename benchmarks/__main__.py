@@ -17,6 +17,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ from rich.console import Console
 from rich.table import Table
 
 import parakin
-from benchmarks.baselines import build_c_strokes, solve_motion_scipy
+from benchmarks.baselines import COORDINATES, build_c_strokes, solve_motion_scipy
 from parakin.tables import write
 
 BATCH, MILLION = 1_000, 1_000_000
@@ -109,13 +110,15 @@ def flight_simulator(report: Report) -> None:
 
     count = 200
     start = time.perf_counter()
-    q, _, qdd = solve_motion_scipy(*(a[order, :count].T.copy() for a in (y, yd, ydd)))
+    poses, rates, second = (a[order, :count].T.copy() for a in (y, yd, ydd))
+    q, _, qdd = solve_motion_scipy(poses, rates, second)
     theirs = (time.perf_counter() - start) / count
+    columns = [COORDINATES.index(n) for n in ("A2", "B3", "C3")]
     rows = [solver.coordinates.index(n) for n in ("A2", "B3", "C3")]
     tick = solver.at(y, yd, ydd)
     assert not np.any(tick.status)
-    assert np.abs(tick.position[rows, :count].T - q[:, [1, 5, 8]]).max() < 1e-11
-    assert np.abs(tick.acceleration[rows, :count].T - qdd[:, [1, 5, 8]]).max() < 1e-9
+    assert np.abs(tick.position[rows, :count].T - q[:, columns]).max() < 1e-11
+    assert np.abs(tick.acceleration[rows, :count].T - qdd[:, columns]).max() < 1e-9
     report.add("(a) NumPy + SciPy, 12 unknowns, v and a", f"{1e6 * theirs:.1f} µs a pose")
 
     ours = best(lambda: solver.at(y, yd, ydd)) / BATCH
@@ -166,14 +169,14 @@ def strokes(report: Report) -> None:
     y = solver.motion("general", rate=(BATCH - 1) / 3).samples().position
     ours = best(lambda: solver.at(y), calls=200) / BATCH
     figures = [f"{1e9 * ours:.1f} ns a pose"]
+    out = np.empty((3, BATCH))
+    x, up, phi = (np.ascontiguousarray(row) for row in y)
     for simd, label in ((False, "plain C (b)"), (True, "C arranged for gcc's SIMD")):
         compiled = build_c_strokes(simd=simd)
         if compiled is None:
             report.add(f"three strokes, {label}", "no gcc here")
             continue
-        out = np.empty((3, BATCH))
-        x, up, phi = (np.ascontiguousarray(row) for row in y)
-        theirs = best(lambda c=compiled: c(x, up, phi, out), calls=200) / BATCH  # type: ignore[misc]
+        theirs = best(partial(compiled, x, up, phi, out), calls=200) / BATCH
         assert np.abs(out - solver.at(y).position).max() < 1e-14
         report.add(f"three strokes, {label}", f"{1e9 * theirs:.1f} ns a pose")
         figures.append(f"{theirs / ours:.2f}")

@@ -70,6 +70,7 @@ def main(folder: Path) -> None:
             )
             for suffix in ("png", "svg"):
                 save(figure, folder / f"figure-{number + k:02d}.{suffix}")
+    save(histories(result, SLIDERS, symbols), folder / "general.png")
     for suffix in ("png", "svg"):
         save(misprint(result, solver), folder / f"equation-11.{suffix}")
 

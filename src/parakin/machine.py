@@ -87,23 +87,14 @@ def _machine_code(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
 
         return function
 
-    functions = Functions(
-        *(
-            lifted(symbolic, plain)
-            for symbolic, plain in zip(
-                (
-                    hy.sin,
-                    hy.cos,
-                    hy.sqrt,
-                    hy.atan2,
-                    lambda a, b: hy.select(hy.lt(b, a), b, a),
-                    lambda size, sign: hy.select(hy.lt(sign, constant(0.0)), -size, size),
-                ),
-                FLOATS,
-                strict=True,
-            )
-        )
-    )
+    def minimum(a: Scalar, b: Scalar) -> Scalar:
+        return hy.select(hy.lt(b, a), b, a)
+
+    def copysign(size: Scalar, sign: Scalar) -> Scalar:
+        return hy.select(hy.lt(sign, constant(0.0)), -size, size)
+
+    symbolic = Functions(hy.sin, hy.cos, hy.sqrt, hy.atan2, minimum, copysign)
+    functions = Functions(*map(lifted, symbolic, FLOATS))
     inputs = hy.make_vars(*(f"i{k}" for k in range(input_count(plan, outputs))))
     inputs = inputs if isinstance(inputs, list) else [inputs]
     results = _traced(plan, outputs, steps, list(inputs), functions)

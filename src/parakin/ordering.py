@@ -400,7 +400,7 @@ def _refined(
             else:
                 waiting.remove(ready[0])
             block = ready[0]
-        needs = set().union(*(dependence[row] for row in block.rows)) & solved
+        needs = {k for row in block.rows for k in dependence[row]} & solved
         ordered.append(replace(block, needs=tuple(sorted(needs))))
         solved |= set(block.unknowns)
     return ordered
