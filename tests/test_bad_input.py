@@ -6,7 +6,6 @@ Nearly all of it goes through the command line, since that is where strangers me
 from __future__ import annotations
 
 import os
-import resource
 import subprocess
 import sys
 from collections.abc import Callable
@@ -230,16 +229,21 @@ MECHANISM = [
         '[platform]\nbody = "coupler"\nangles = [["a", "x"], ["a", "y"], ["c", "z"]]\n[guess]',
         "expected three distinct names (not x, y, z), one about each of the axes x, y and z",
     ),
-    ("[guess]", "motions.up = 3\n[guess]", "motions.up: found 3; expected a table"),
+    ("[motions.turn]", "[motions]\nup = 3\n[motions.turn]", "motions.up: found 3; expected a tab"),
     # expressions
     ('r = "0.2 m"', 'r = "reach"', "parameters.r: found the cycle r -> reach -> r; expected expr"),
     ('r = "0.2 m"', 'r = "1/0"', "parameters.r: found '1/0': it divides by zero; expected a fin"),
     ('r = "0.2 m"', 'r = "sqrt(-1)"', "parameters.r: found 'sqrt(-1)': it has no real value"),
     ('r = "0.2 m"', 'r = "9**9**9"', "parameters.r: found '9**9**9': it overflows; expected a fin"),
     ('r = "0.2 m"', 'r = ""', "parameters.r: found '': it cannot be parsed; expected a number, a"),
-    ('r = "0.2 m"', 'r = "2 r 3"', "parameters.r: found '2 r 3': it cannot be parsed; expected"),
+    ('r = "0.2 m"', 'r = "2 l 3"', "found '2 l 3': 'l' is not a unit of length, angle or time; ex"),
+    ('r = "0.2 m"', 'r = "2 + * 3"', "parameters.r: found '2 + * 3': it cannot be parsed; expect"),
     ('r = "0.2 m"', f'r = "{"1+" * 400}1"', "parameters.r: found 801 characters; expected an exp"),
-    ('r = "0.2 m"', f'r = "{"-" * 400}1"', "parameters.r: found '-"),
+    (
+        'r = "0.2 m"',
+        f'r = "{"(" * 249}{")" * 249}"',
+        "))': it cannot be parsed; expected a number, a",
+    ),
     ('r = "0.2 m"', "r = \"__import__('os')\"", "unknown function '__import__'; expected one of"),
     ('r = "0.2 m"', 'r = "l.__class__"', f"it is more than arithmetic; expected {ARITHMETIC}"),
     ('r = "0.2 m"', 'r = "[x for x in l]"', f"it is more than arithmetic; expected {ARITHMETIC}"),
@@ -312,7 +316,7 @@ MECHANISM = [
 ]
 
 
-@pytest.mark.parametrize(("old", "new", "said"), MECHANISM, ids=range(len(MECHANISM)))
+@pytest.mark.parametrize(("old", "new", "said"), MECHANISM, ids=[case[2] for case in MECHANISM])
 def test_a_mechanism_that_says_something_wrong(
     old: str, new: str, said: str, refusal: Refusal
 ) -> None:
@@ -405,7 +409,8 @@ def test_a_path_that_cannot_be_read(path: str, said: str, refusal: Refusal) -> N
         ),
         ("r=3 kg", "parameters.r: found '3 kg': 'kg' is not a unit of length"),
         ("r=nan", "parameters.r: found 'nan': unknown parameter 'nan'"),
-        ("r=3 deg", "joints.B.on_parent.at[0]: found 'r', an angle; expected a length"),
+        ("r=3 deg", "parameters.reach: found 'r + l': an angle and a length do not go together"),
+        ("l=3", "cannot be assembled from its guess"),
         ("r=l=2", "parameters.r: found 'l=2': it cannot be parsed"),
         ("r=reach", "parameters.r: found the cycle r -> reach -> r"),
         ("r=open('x')", "parameters.r: found \"open('x')\": unknown function 'open'"),
@@ -439,7 +444,7 @@ def test_dimensions_beyond_sense_are_refused_too(size: str, refusal: Refusal) ->
         ([], "no driven coordinates are given"),
         (["A", "A"], "a coordinate is driven twice: A, A"),
         (["A", "D"], "A, D are dependent or locked near home: 2 are driven, 1 can move"),
-        (["a"], "driven: found unknown coordinate 'a'; expected one of: A, B, C, D; did you mean"),
+        (["a"], "found unknown coordinate 'a'; expected one of: A, B, C, D; did you mean"),
     ],
 )
 def test_driven_coordinates_that_do_not_fit_a_linkage(
@@ -457,7 +462,7 @@ def test_driven_coordinates_that_do_not_fit_a_linkage(
         (["platform.x"], ["mobility is 3", "1 coordinates are driven", "platform.phi"]),
         (["A2", "B3", "C3", "D1"], ["dependent or locked", "4 are driven, 3 can move"]),
         (["platform.x", "platform.y", "platform.z"], ["locked", "3 are driven, 2 can move"]),
-        (["D1", "E1", "platform.phi"], ["dependent", "3 are driven, 2 can move"]),
+        (["A4", "platform.x", "platform.phi"], ["dependent", "3 are driven, 2 can move"]),
     ],
 )
 def test_driven_coordinates_too_few_too_many_or_dependent(
@@ -528,7 +533,7 @@ MOTIONS = [
 ]
 
 
-@pytest.mark.parametrize(("old", "new", "said"), MOTIONS, ids=range(len(MOTIONS)))
+@pytest.mark.parametrize(("old", "new", "said"), MOTIONS, ids=[case[2] for case in MOTIONS])
 def test_a_motion_that_says_something_wrong(
     old: str, new: str, said: str, refusal: Refusal
 ) -> None:
@@ -553,7 +558,7 @@ def test_a_motion_that_says_something_wrong(
         (["missing.csv"], "missing.csv: found no such file or directory; expected a readable"),
         (["folder.csv"], "folder.csv: found"),
         (["empty.csv"], "empty.csv: found"),
-        (["other.csv"], "other.csv: found"),
+        (["other.csv"], "other.csv, column 2: found 'B'; expected one of: A, A.acceleration, A.p"),
         (["motion.toml", "--rate", "0"], "rate: found 0; expected a positive number"),
         (["motion.toml", "--rate", "nan"], "rate: found nan; expected a positive number"),
         (["motion.toml", "--rate", "fast"], "argument --rate: found 'fast'; expected a number"),
@@ -695,7 +700,7 @@ def test_types_refuse_in_python_what_they_refuse_in_a_file() -> None:
             lambda: mechanism(joint("A", child="base")),
             "arm: joints.A: found 'base' joined to itsel",
         ),
-        (lambda: mechanism(), "arm: joints: found none; expected at least one joint"),
+        (mechanism, "arm: joints: found none; expected at least one joint"),
         (lambda: joint("1"), "Joint 1: name: found '1'; expected a name of up to 64"),
         (
             lambda: Joint(name="A", kind="revolut", parent="a", child="b"),  # type: ignore[arg-type]
@@ -733,30 +738,33 @@ def test_an_unknown_body_or_point_is_named() -> None:
 # ---- as a process of its own
 
 
+LIMITED = """
+import resource, sys
+import parakin.solver
+from parakin.cli import main
+
+# heyoka keeps what it compiles on disk too: not in here
+parakin.solver.has_machine_code = lambda: False
+resource.setrlimit(resource.RLIMIT_FSIZE, (9000, 9000))
+sys.exit(main())
+"""
+
+
 def run(
-    *arguments: str, limit: int | None = None, stdout: int | str = subprocess.PIPE
-) -> tuple[int, str, str]:
-    """parakin in a process that may write files of at most `limit` bytes."""
-
-    def limited() -> None:
-        if limit is not None:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-
-    target = os.open(stdout, os.O_WRONLY) if isinstance(stdout, str) else stdout
-    try:
+    *arguments: str, start: tuple[str, ...] = ("-m", "parakin"), stdout: str = os.devnull
+) -> tuple[int, str]:
+    """parakin in a process of its own: exit code and what it says on stderr."""
+    with open(stdout, "w") as target:
         done = subprocess.run(
-            [sys.executable, "-m", "parakin", *arguments],
+            [sys.executable, *start, *arguments],
             stdout=target,
             stderr=subprocess.PIPE,
             text=True,
-            preexec_fn=limited,
+            env={k: v for k, v in os.environ.items() if k != "PYTHONUNBUFFERED"},
             timeout=60,
             check=False,
         )
-    finally:
-        if isinstance(stdout, str):
-            os.close(target)
-    return done.returncode, done.stdout or "", done.stderr
+    return done.returncode, done.stderr
 
 
 @pytest.mark.parametrize(
@@ -775,8 +783,9 @@ def test_a_process_says_one_thing_and_exits_with_2(
     arguments: list[str], said: str, here: Path
 ) -> None:
     before = contents(here)
-    code, out, err = run(*arguments)
-    assert (code, out) == (2, "")
+    code, err = run(*arguments, stdout=f"{here.parent}/stdout")
+    assert code == 2
+    assert Path(f"{here.parent}/stdout").read_text() == ""
     assert err.startswith("error: ")
     assert said in err
     assert err.count("\n") == 1
@@ -786,11 +795,11 @@ def test_a_process_says_one_thing_and_exits_with_2(
 @pytest.mark.parametrize("option", ["-o old.csv", "-o old.nc", "-o old.parquet", "--plot old.png"])
 def test_a_disk_that_fills_up_leaves_the_old_file_and_no_other(option: str, here: Path) -> None:
     before = contents(here)
-    code, out, err = run("solve", "flight-simulator", "general", *option.split(), limit=9000)
-    assert (code, out) == (2, "")
-    assert err.startswith(f"error: {option.split()[1]}: found ")
-    assert err.endswith("; expected a file that can be written\n")
-    assert err.count("\n") == 1
+    name = option.split()[1]
+    solve = ("solve", "flight-simulator", "general", *option.split())
+    code, err = run(*solve, start=("-c", LIMITED))
+    assert err == f"error: {name}: found file too large; expected a file that can be written\n"
+    assert code == 2
     assert contents(here) == before
 
 
@@ -805,7 +814,7 @@ def test_a_disk_that_fills_up_leaves_the_old_file_and_no_other(option: str, here
     ],
 )
 def test_a_standard_output_that_takes_no_more(arguments: list[str]) -> None:
-    code, _, err = run(*arguments, stdout="/dev/full")
+    code, err = run(*arguments, stdout="/dev/full")
     assert code == 2
     assert err == (
         "error: standard output: found no space left on device; expected a stream that takes it "

@@ -113,6 +113,12 @@ def test_an_unknown_unit_names_the_usual_ones_and_the_nearest() -> None:
     assert error.expected.endswith("did you mean 'mm'?")
 
 
+def test_a_parameter_behind_a_number_is_told_from_a_unit() -> None:
+    error = refused("2 r", r=3)
+    assert error.found == "'2 r': 'r' is a parameter, not a unit"
+    assert error.expected == "2*r for that"
+
+
 @pytest.mark.parametrize("text", ["5 kg", "5 N", "5 V", "5 degC", "5 K", "5 mol", "5 dBm"])
 def test_units_of_other_kinds_are_refused(text: str) -> None:
     assert "is not a unit" in refused(text, LENGTH).found

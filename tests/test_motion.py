@@ -17,7 +17,9 @@ from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
 from parakin import motion
 from parakin.errors import InputError
 from parakin.expressions import ANGLE, LENGTH, Parameters
-from parakin.motion import FloatArray, Law, Motion, from_arrays, from_laws, from_table
+from parakin.motion import FloatArray, Law, Motion, from_laws
+from parakin.motion_table import flatten, from_table
+from parakin.recorded import from_arrays
 from parakin.validation import input_error, validated
 
 PATIENT = settings(deadline=None)  # the first spline imports scipy
@@ -859,7 +861,7 @@ def test_any_table_is_a_motion_or_an_input_error(law: Any, kind: str) -> None:
 def test_flatten_keeps_law_tables_whole() -> None:
     table = {"platform": {"x": {"law": "a"}, "y": {"z": {"law": "b"}}}, "A2": {"law": "c"}, "B": 3}
     flat = {"platform.x": {"law": "a"}, "platform.y.z": {"law": "b"}, "A2": {"law": "c"}, "B": 3}
-    assert motion.flatten(table, "laws") == flat
+    assert flatten(table, "laws") == flat
 
 
 # ---- the converter of pydantic's findings

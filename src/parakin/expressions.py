@@ -101,6 +101,14 @@ def _unit(name: str) -> _Quantity:
     return _Quantity(float(magnitude), (exponents[0], exponents[1], exponents[2]))
 
 
+def _is_unit(name: str) -> bool:
+    try:
+        _unit(name)
+    except _Refusal:
+        return False
+    return True
+
+
 def _describe(dimension: Dimension) -> str:
     if dimension in _NAMES:
         return _NAMES[dimension]
@@ -268,6 +276,10 @@ class Parameters:
             marker = f"_{marker}"
 
         def mark(match: re.Match[str]) -> str:
+            if match[2] in self._expressions and not _is_unit(match[2]):
+                raise _Refusal(
+                    f"{match[2]!r} is a parameter, not a unit", f"{match[1]}*{match[2]} for that"
+                )
             unit, by = _unit(match[2]), "*"
             parts = round(1 / unit.value) if 0 < unit.value < 1 else 0
             if parts and 1 / parts == unit.value:  # 950 mm are 0.95 to the last bit

@@ -15,8 +15,9 @@ from parakin.errors import InputError, nearest
 from parakin.expressions import Parameters, Value
 from parakin.graph import Graph
 from parakin.mechanism import Body, Joint, Mechanism, Platform
-from parakin.motion import Motion, from_table
+from parakin.motion import Motion
 from parakin.motion_csv import read_motion_csv
+from parakin.motion_table import from_table
 from parakin.validation import AnyModel, validated
 
 MAX_BYTES = 1_000_000
@@ -99,7 +100,7 @@ def read_text(path: Path) -> str:
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except OSError as error:
-        raise InputError(str(path), error.strerror or "an error", "a readable file") from None
+        raise InputError(str(path), _reason(error), "a readable file") from None
     except ValueError as error:  # a null byte in the path
         raise InputError(repr(str(path)), str(error), "a path") from None
     if len(data) > MAX_BYTES:
@@ -112,6 +113,10 @@ def read_text(path: Path) -> str:
     if not text.strip():
         raise InputError(str(path), "an empty file", "a TOML file")
     return text
+
+
+def _reason(error: OSError) -> str:
+    return os.strerror(error.errno).lower() if error.errno else str(error)
 
 
 def parse_toml(text: str, origin: str) -> dict[str, Any]:
@@ -279,8 +284,7 @@ def _told(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise InputError(str(path), reason.lower(), "a file that can be written") from None
+        raise InputError(str(path), _reason(error), "a file that can be written") from None
 
 
 def _target(path: Path) -> Path:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import importlib.util
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,9 +76,7 @@ def _machine_code(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
     def constant(a: Scalar) -> Scalar:
         return hy.expression(float(a)) if isinstance(a, (int, float)) else a
 
-    def lifted(
-        symbolic: Callable[..., Scalar], plain: Callable[..., Scalar]
-    ) -> Callable[..., Scalar]:
+    def lifted(symbolic: Any, plain: Any) -> Callable[..., Scalar]:
         """The function on expressions, constants being worked out at once."""
 
         def function(*arguments: Scalar) -> Scalar:
@@ -94,7 +93,7 @@ def _machine_code(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
         return hy.select(hy.lt(sign, constant(0.0)), -size, size)
 
     symbolic = Functions(hy.sin, hy.cos, hy.sqrt, hy.atan2, minimum, copysign)
-    functions = Functions(*map(lifted, symbolic, FLOATS))
+    functions = Functions(*(lifted(f, g) for f, g in zip(symbolic, FLOATS, strict=True)))
     inputs = hy.make_vars(*(f"i{k}" for k in range(input_count(plan, outputs))))
     inputs = inputs if isinstance(inputs, list) else [inputs]
     results = _traced(plan, outputs, steps, list(inputs), functions)

@@ -15,7 +15,8 @@ import numpy as np
 
 from parakin.errors import InputError, nearest
 from parakin.expressions import TIME, Dimension, Parameters
-from parakin.motion import Motion, from_arrays
+from parakin.motion import Motion
+from parakin.recorded import from_arrays
 
 MAX_BYTES = 2 * 10**9
 _QUANTITIES = ("position", "velocity", "acceleration")

@@ -400,8 +400,8 @@ def _refined(
             else:
                 waiting.remove(ready[0])
             block = ready[0]
-        needs = {k for row in block.rows for k in dependence[row]} & solved
-        ordered.append(replace(block, needs=tuple(sorted(needs))))
+        wanted = {k for row in block.rows for k in dependence[row]} & solved
+        ordered.append(replace(block, needs=tuple(sorted(wanted))))
         solved |= set(block.unknowns)
     return ordered
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import io
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -33,9 +34,11 @@ def check_output(path: Path) -> None:
     if path.suffix.lower() not in SUFFIXES:
         found = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
         raise InputError(str(path), found, nearest(path.suffix, SUFFIXES))
-    needs = {".nc": "h5netcdf", ".parquet": "pyarrow"}.get(path.suffix.lower())
-    if needs and importlib.util.find_spec(needs) is None:
-        raise InputError(str(path), f"{needs} not installed", "pip install 'parakin[files]'")
+    for needed in {".nc": ("h5netcdf", "h5py"), ".parquet": ("pyarrow",)}.get(
+        path.suffix.lower(), ()
+    ):
+        if importlib.util.find_spec(needed) is None:
+            raise InputError(str(path), f"{needed} not installed", "pip install 'parakin[files]'")
 
 
 def frame(ds: xr.Dataset) -> pd.DataFrame:
@@ -111,7 +114,7 @@ def _netcdf(windows: Iterable[xr.Dataset], path: Path) -> None:
 
     iterator: Iterator[xr.Dataset] = iter(windows)
     first = next(iterator)
-    with h5netcdf.File(path, "w") as file:
+    with _Patient(path, "w+") as stream, h5netcdf.File(stream, "w") as file:
         file.dimensions = {
             str(name): None if name == "time" else size for name, size in first.sizes.items()
         }
@@ -143,8 +146,40 @@ def _netcdf(windows: Iterable[xr.Dataset], path: Path) -> None:
         _append(file, first, 0)
         total = first.sizes["time"]
         for ds in iterator:
+            stream.tell_failure()
             _append(file, ds, total)
             total += ds.sizes["time"]
+
+
+class _Patient(io.FileIO):
+    """A file for HDF5, which crashes where a write fails: the failure is kept, to be told after."""
+
+    _failure: OSError | None = None
+
+    def write(self, data: Any) -> int:
+        rest = memoryview(data).cast("B")
+        size = len(rest)
+        while len(rest) and self._failure is None:
+            try:
+                rest = rest[super().write(rest) or 0 :]
+            except OSError as error:
+                self._failure = error
+        return size
+
+    def truncate(self, size: int | None = None) -> int:
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self._failure = self._failure or error
+            return size or 0
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+        self.tell_failure()
+
+    def tell_failure(self) -> None:
+        if self._failure is not None:
+            raise self._failure
 
 
 def _text_type() -> Any:
