@@ -10,9 +10,9 @@ import pytest
 
 import parakin
 from parakin.analysis import mobility
+from parakin.assembly import assembled
 from parakin.graph import graph_of
 from parakin.motion import Samples, from_laws, polynomial345
-from parakin.solver import assembled
 from parakin.tracking import Status
 
 UNKNOWNS = "A1 A2 A3 B1.1 B1.2 B3 C1.1 C1.2 C3 D1 E1 E2P".split()

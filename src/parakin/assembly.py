@@ -194,6 +194,13 @@ def close(
     return at, best
 
 
+def assembled(graph: Graph) -> Configuration:
+    """Home, closed at round-off. Raises AssemblyError."""
+    held = {graph.coordinates[k].joint for k in graph.home}
+    guessed = {graph.coordinates[k].joint for k in (*graph.guess, *graph.stated)}
+    return home_of(graph, graph.tree(first=held, second=guessed))
+
+
 def home_of(graph: Graph, tree: Tree) -> Configuration:
     """The home configuration: closed at round-off, on the branch nearest the guess.
 

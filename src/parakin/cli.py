@@ -175,10 +175,10 @@ def _parameters(settings: Sequence[str]) -> dict[str, str]:
 
 def _check(options: argparse.Namespace) -> int:
     from parakin.analysis import mobility
+    from parakin.assembly import assembled
     from parakin.files import load
     from parakin.graph import graph_of
     from parakin.report import mechanism_report
-    from parakin.solver import assembled
 
     graph = graph_of(load(options.mechanism, _parameters(options.set)))
     home = assembled(graph)

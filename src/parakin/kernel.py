@@ -15,7 +15,7 @@ from typing import NamedTuple
 from parakin import closure
 from parakin.closure import Row
 from parakin.linear import solve
-from parakin.ordering import Block, Plan
+from parakin.plan import Block, Plan
 from parakin.recursion import (
     Circuits,
     Turn,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parakin.kernel import CHECKS, Outputs, newton_unknowns, trace
-from parakin.ordering import Plan
+from parakin.plan import Plan
 from parakin.spatial import ARRAYS, FLOATS, Functions, Scalar
 
 FloatArray = NDArray[np.float64]

@@ -11,8 +11,7 @@ What depends on what is found in numbers, at closed configurations near home.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -34,59 +33,11 @@ from parakin.assembly import (
 from parakin.closure import Row
 from parakin.errors import DrivenError
 from parakin.graph import Graph, Tree
+from parakin.plan import Affine, Block, Form, Plan
 from parakin.recursion import Turn
 
 _ZERO = 1e-9  # a derivative this small, in scaled units, is none
 _SPREAD = 0.7  # how far coordinates are thrown to see what a row does not depend on
-
-
-@dataclass(frozen=True)
-class Affine:
-    """A coordinate that is affine in the driven ones: constant + sum of factor * driven."""
-
-    constant: float
-    factors: tuple[tuple[int, float], ...]
-
-
-Form = Literal["linear", "quadratic", "turn", "turn with constant", "newton"]
-
-
-@dataclass(frozen=True)
-class Block:
-    """Unknowns and as many rows, to be solved together once the blocks before are.
-
-    `form` says how (a single unknown has a closed form); `sign` is that of the determinant at
-    home, which tells this branch from the other; `needs` are the unknowns of earlier blocks that
-    the rows depend on. A `regular` block is never singular of itself;
-    `lever` is the arm an angle turns on at home [m, or as its row counts].
-    """
-
-    unknowns: tuple[int, ...]
-    rows: tuple[Row, ...]
-    form: Form = "newton"
-    sign: float = 1.0
-    needs: tuple[int, ...] = ()
-    regular: bool = False
-    lever: float = 1.0
-
-
-@dataclass(frozen=True)
-class Plan:
-    """How to solve a mechanism for its driven coordinates.
-
-    `home`: all coordinates at home, as their joints count. `blocks` are in order of solution.
-    """
-
-    graph: Graph
-    tree: Tree
-    driven: tuple[int, ...]
-    home: FloatArray
-    affine: Mapping[int, Affine]
-    blocks: tuple[Block, ...]
-
-    def offset(self, coordinate: int) -> float:
-        """What a coordinate counted from home has at home, as its joint counts; else 0."""
-        return float(self.home[coordinate]) if coordinate in self.graph.from_home else 0.0
 
 
 def plan_of(

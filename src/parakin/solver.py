@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parakin import assembly
-from parakin.assembly import Configuration
+from parakin.assembly import assembled
 from parakin.errors import DrivenError, InputError, nearest
 from parakin.expressions import Value
 from parakin.files import load, load_motion
@@ -23,7 +22,8 @@ from parakin.kernel import Outputs, newton_unknowns
 from parakin.machine import Kernel, has_machine_code, input_count, make_kernel, output_count
 from parakin.mechanism import Mechanism
 from parakin.motion import Motion, Samples
-from parakin.ordering import Plan, plan_of
+from parakin.ordering import plan_of
+from parakin.plan import Plan
 from parakin.results import dataset
 from parakin.tracking import (
     RESIDUAL,
@@ -426,13 +426,6 @@ def compile(
     outputs = Outputs(tuple(chosen), derivatives, checks)
     code = has_machine_code() if machine_code is None else machine_code
     return Solver(graph, plan, outputs, machine_code=code)
-
-
-def assembled(graph: Graph) -> Configuration:
-    """Home, closed at round-off. Raises AssemblyError."""
-    held = {graph.coordinates[k].joint for k in graph.home}
-    guessed = {graph.coordinates[k].joint for k in (*graph.guess, *graph.stated)}
-    return assembly.home_of(graph, graph.tree(first=held, second=guessed))
 
 
 def _chosen(graph: Graph, coordinates: Sequence[str] | str | None) -> list[int | str]:

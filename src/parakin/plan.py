@@ -1,0 +1,60 @@
+"""A plan: how a mechanism is solved for its driven coordinates. Data, made once, never changed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from parakin.assembly import FloatArray
+from parakin.closure import Row
+from parakin.graph import Graph, Tree
+
+
+@dataclass(frozen=True)
+class Affine:
+    """A coordinate that is affine in the driven ones: constant + sum of factor * driven."""
+
+    constant: float
+    factors: tuple[tuple[int, float], ...]
+
+
+Form = Literal["linear", "quadratic", "turn", "turn with constant", "newton"]
+
+
+@dataclass(frozen=True)
+class Block:
+    """Unknowns and as many rows, to be solved together once the blocks before are.
+
+    `form` says how (a single unknown has a closed form); `sign` is that of the determinant at
+    home, which tells this branch from the other; `needs` are the unknowns of earlier blocks that
+    the rows depend on. A `regular` block is never singular of itself;
+    `lever` is the arm an angle turns on at home [m, or as its row counts].
+    """
+
+    unknowns: tuple[int, ...]
+    rows: tuple[Row, ...]
+    form: Form = "newton"
+    sign: float = 1.0
+    needs: tuple[int, ...] = ()
+    regular: bool = False
+    lever: float = 1.0
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How to solve a mechanism for its driven coordinates.
+
+    `home`: all coordinates at home, as their joints count. `blocks` are in order of solution.
+    """
+
+    graph: Graph
+    tree: Tree
+    driven: tuple[int, ...]
+    home: FloatArray
+    affine: Mapping[int, Affine]
+    blocks: tuple[Block, ...]
+
+    def offset(self, coordinate: int) -> float:
+        """What a coordinate counted from home has at home, as its joint counts; else 0."""
+        return float(self.home[coordinate]) if coordinate in self.graph.from_home else 0.0
