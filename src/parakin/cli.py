@@ -8,7 +8,7 @@ import re
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 _WINDOW = 100_000
 _COMMANDS = ("list", "check", "solve")
+_PATIENCE = 1.0  # seconds before there is a progress bar
 _WIDE = 1000  # columns; rows of numbers are never folded
 _EPILOG = """examples:
   parakin solve flight-simulator general -o general.csv --plot general.png
@@ -261,8 +262,8 @@ class _Run:
         from parakin.report import extremes
 
         begun = time.perf_counter()
-        with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-            task = bar.add_task("solving", total=self._count, visible=False)
+        with ExitStack() as stack:
+            bar, task = None, None
             while True:
                 start = time.perf_counter()
                 window = next(windows, None)
@@ -274,8 +275,11 @@ class _Run:
                 if self._thinned is not None:
                     self._thinned.append(window.isel(time=slice(None, None, self._stride)).copy())
                 yield window
-                late = time.perf_counter() - begun > 1.0
-                bar.update(task, completed=self.found.samples, visible=late)
+                if bar is None and console.is_terminal and time.perf_counter() - begun > _PATIENCE:
+                    bar = stack.enter_context(Progress(console=console, transient=True))
+                    task = bar.add_task("solving", total=self._count)
+                if bar is not None and task is not None:
+                    bar.update(task, completed=self.found.samples)
 
     def picture(self) -> xr.Dataset:
         import xarray as xr

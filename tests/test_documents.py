@@ -1,0 +1,101 @@
+"""What the documents and examples show works as shown."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import parakin
+from parakin.files import mechanism_from_table
+
+ROOT = Path(__file__).parents[1]
+pytestmark = pytest.mark.repository
+
+
+def blocks(document: str, language: str) -> list[str]:
+    text = (ROOT / document).read_text("utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+
+
+def commands(document: str) -> list[list[str]]:
+    """The commands of shell blocks, what stands between && apart."""
+    lines = [line for block in blocks(document, "bash") for line in block.splitlines()]
+    return [part.split() for line in lines for part in line.split(" && ")]
+
+
+def test_the_readmes_first_command_leaves_a_table_and_a_figure(tmp_path: Path) -> None:
+    (command,) = [c for c in commands("README.md") if c[0].endswith("/parakin")]
+    run = subprocess.run(
+        [sys.executable, "-m", "parakin", *command[1:]],
+        cwd=tmp_path,
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    assert run.stdout == ""
+    assert "3,001 samples solved" in run.stderr
+    assert (tmp_path / "general.csv").read_text().count("\n") == 3002
+    assert (tmp_path / "general.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_the_readmes_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    for code in blocks("README.md", "python"):
+        exec(compile(code, "README.md", "exec"), {})
+    said = capsys.readouterr().out
+    assert "loops closed to" in said
+    assert "converged" in said
+
+
+def test_the_guides_python_runs() -> None:
+    names: dict[str, object] = {}
+    for code in blocks("docs/guide.md", "python"):
+        if "last.position" in code:
+            names["last"] = parakin.compile("flight-simulator").at([1.85, 1.1, 0.0])
+        exec(compile(code, "guide.md", "exec"), names)
+
+
+def test_the_mechanism_of_the_file_format_is_the_one_in_python(tmp_path: Path) -> None:
+    text = blocks("docs/mechanism-files.md", "toml")[0]
+    path = tmp_path / "slider-crank.toml"
+    path.write_text(text)
+    result = parakin.compile(path).solve("turn")
+    assert not result.status.any()
+    names: dict[str, object] = {}
+    for code in blocks("docs/mechanism-files.md", "python"):
+        exec(compile(code, "mechanism-files.md", "exec"), names)
+    solver = names["solver"]
+    assert isinstance(solver, parakin.Solver)
+    home = parakin.compile(path).home
+    assert solver.home == pytest.approx(home, abs=1e-14)
+
+
+def test_the_platform_table_of_the_file_format_is_read() -> None:
+    table = tomllib.loads(blocks("docs/mechanism-files.md", "toml")[1])
+    table |= {"name": "t", "bodies": {"platform": {"points": {"G": [0, 0, 0]}}}}
+    table |= {"joints": {"J": {"kind": "spherical", "parent": "base", "child": "platform"}}}
+    assert mechanism_from_table(table, "t").platform is not None
+
+
+def test_the_motion_of_the_guide_is_read(tmp_path: Path) -> None:
+    (text,) = blocks("docs/guide.md", "toml")
+    path = tmp_path / "shake.toml"
+    path.write_text(text)
+    result = parakin.compile("flight-simulator").solve(str(path))
+    assert not result.status.any()
+
+
+def test_the_figures_are_drawn_by_the_example(tmp_path: Path) -> None:
+    subprocess.run(
+        [sys.executable, str(ROOT / "examples" / "paper_figures.py"), str(tmp_path)],
+        check=True,
+        capture_output=True,
+    )
+    made = {path.name for path in tmp_path.iterdir()}
+    shown = set(re.findall(r"figures/([\w.-]+)\)", (ROOT / "docs" / "paper.md").read_text()))
+    assert shown <= made
+    assert {f"figure-{n:02d}.{s}" for n in range(3, 12) for s in ("png", "svg")} <= made
