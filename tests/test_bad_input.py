@@ -236,7 +236,11 @@ MECHANISM = [
     ('r = "0.2 m"', 'r = "sqrt(-1)"', "parameters.r: found 'sqrt(-1)': it has no real value"),
     ('r = "0.2 m"', 'r = "9**9**9"', "parameters.r: found '9**9**9': it overflows; expected a fin"),
     ('r = "0.2 m"', 'r = ""', "parameters.r: found '': it cannot be parsed; expected a number, a"),
-    ('r = "0.2 m"', 'r = "2 l 3"', "found '2 l 3': 'l' is not a unit of length, angle or time; ex"),
+    (
+        'r = "0.2 m"',
+        'r = "2 reach"',
+        "'reach' is a parameter, not a unit; expected 2*reach for that",
+    ),
     ('r = "0.2 m"', 'r = "2 + * 3"', "parameters.r: found '2 + * 3': it cannot be parsed; expect"),
     ('r = "0.2 m"', f'r = "{"1+" * 400}1"', "parameters.r: found 801 characters; expected an exp"),
     (

@@ -67,11 +67,11 @@ def mobility(graph: Graph, home: Configuration, wanted: int = 0) -> Mobility:
     them are looked for.
     """
     tree = graph.tree()
-    real = [joint for joint in graph.joints if joint.kind != "free"]
+    real = [joint for joint in graph.joints if joint.name != "platform"]
     freedom = sum(len(joint.pairs) for joint in real)
     at = configure(graph, tree, home.q)
     nearby = [configure(graph, tree, c.q) for c in neighbours(graph, tree, at, _NEARBY)]
-    cuts = [k for k in tree.cuts if graph.joints[k].kind != "free"]
+    cuts = [k for k in tree.cuts if k != graph.platform]
     rows = sum(len(closure.canonical_rows(graph.joints[k], k)) for k in cuts)
     inside = sum(len(graph.joints[k].pairs) for k, _ in tree.steps)
     by_rank = [mobility_at(graph, c) for c in (at, *nearby)]

@@ -83,7 +83,8 @@ def configure(graph: Graph, tree: Tree, q: FloatArray) -> Configuration:
                 screws[3:, k] = axis.direction
             else:
                 screws[:3, k] = axis.direction
-                screws[3:, k] = np.cross(axis.point, axis.direction)
+                advance = axis.pitch * np.array(axis.direction, dtype=float)
+                screws[3:, k] = np.cross(axis.point, axis.direction) + advance
     return Configuration(q, screws, points, circuits, ends)
 
 
@@ -121,6 +122,8 @@ def functional(graph: Graph, at: Configuration, row: Row) -> FloatArray:
         u = axis_of(end.M, row.a)
     elif row.kind == "base":
         u = np.eye(3)[row.a]
+    elif row.kind == "rod":
+        u = np.array(end.d, dtype=float)
     elif row.kind == "pair":
         screw = at.screws[:, row.a]
         u = screw[3:] if graph.coordinates[row.a].angle is False else screw[:3]
@@ -137,7 +140,7 @@ def closure_system(
     gaps = np.zeros(len(rows))
     jacobian = np.zeros((len(rows), len(graph.coordinates)))
     for i, row in enumerate(rows):
-        scale = 1.0 if row.kind == "align" else 1.0 / graph.length
+        scale = closure.per_length(graph, row) / graph.length
         gaps[i] = scale * float(closure.value(at.circuits, row, at.ends[row.cut]))
         jacobian[i] = scale * (functional(graph, at, row) @ at.screws) * signs[row.cut]
         end = at.ends[row.cut]
@@ -251,7 +254,7 @@ def joint_gap(at: Configuration, cut: int) -> tuple[float, float]:
         if row.kind == "align":
             degrees = math.hypot(degrees, math.degrees(math.asin(max(-1.0, min(1.0, gap)))))
         else:
-            mm = math.hypot(mm, 1e3 * gap)
+            mm = math.hypot(mm, 1e3 * gap * closure.per_length(graph, row))
     return mm, degrees
 
 

@@ -65,6 +65,9 @@ def parser() -> argparse.ArgumentParser:
 
     check = commands.add_parser("check", help="assemble a mechanism and explain its mobility")
     _add_mechanism(check)
+    check.add_argument(
+        "--expand", action="store_true", help="print the file, repeated limbs written out"
+    )
 
     solve = commands.add_parser("solve", help="solve a mechanism along a motion")
     _add_mechanism(solve)
@@ -177,11 +180,16 @@ def _parameters(settings: Sequence[str]) -> dict[str, str]:
 def _check(options: argparse.Namespace) -> int:
     from parakin.analysis import mobility
     from parakin.assembly import assembled
-    from parakin.files import load
+    from parakin.files import expanded, load
     from parakin.graph import graph_of
     from parakin.report import mechanism_report
 
-    graph = graph_of(load(options.mechanism, _parameters(options.set)))
+    mechanism = load(options.mechanism, _parameters(options.set))
+    if options.expand:
+        with _stdout_told():
+            sys.stdout.write(expanded(options.mechanism))
+        return 0
+    graph = graph_of(mechanism)
     home = assembled(graph)
     found = mobility(graph, home, len(graph.mechanism.driven))
     with _stdout_told():

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
-from parakin.graph import GraphJoint
+from parakin.graph import Graph, GraphJoint
 from parakin.recursion import (
     Circuits,
     Pose,
@@ -45,11 +45,12 @@ class Row(NamedTuple):
     "frame": gap along axis `a` of the joint's frame F; "child": of its frame M; "base": of the
     base. "pair": along the axis of coordinate `a`. "centre": half the difference of the squared
     distances of the two points from a point on that axis. "align": axis `a` of F is
-    perpendicular to axis `b` of M.
+    perpendicular to axis `b` of M. "rod": half of what the square of the gap differs from the
+    square of the rod's length.
     """
 
     cut: int
-    kind: Literal["frame", "child", "base", "pair", "centre", "align"]
+    kind: Literal["frame", "child", "base", "pair", "centre", "align", "rod"]
     a: int
     b: int = 0
 
@@ -65,13 +66,23 @@ _CANONICAL: dict[str, tuple[tuple[str, int, int], ...]] = {
     "universal": (*_POINT, ("align", 2, 2)),
     "spherical": _POINT,
     "fixed": _POINT + _TURNLESS,
+    "planar": (("frame", 2, 0), *_AXIS),
+    "helical": (),
     "free": (),
+    "rod": (("rod", 0, 0),),
 }
 
 
 def canonical_rows(joint: GraphJoint, cut: int) -> list[Row]:
     """All rows of a cut joint: six less its freedom."""
     return [Row(cut, kind, a, b) for kind, a, b in _CANONICAL[joint.kind]]  # type: ignore[arg-type]
+
+
+def per_length(graph: Graph, row: Row) -> float:
+    """What turns a row's gap into metres; a cosine counts at the characteristic length."""
+    if row.kind == "rod":
+        return 1.0 / graph.joints[row.cut].length
+    return graph.length if row.kind == "align" else 1.0
 
 
 def closes_point(joint: GraphJoint) -> bool:
@@ -119,6 +130,8 @@ def arm(
     The coordinate moves the point on its own side about a fixed centre, or, where the centre is
     beyond it on the same side, moves the centre and with it the arm to the point opposite.
     """
+    if row.kind == "rod":
+        return end.d, 1.0
     path = circuits.path[end.child if side > 0 else end.parent]
     carried = row.a in path and path.index(coordinate) < path.index(row.a)
     sign = -side if carried else side
@@ -127,6 +140,8 @@ def arm(
 
 def direction(circuits: Circuits, row: Row, end: Ends) -> Vector:
     """The direction in which a gap row measures (for "centre": from there to the gap's middle)."""
+    if row.kind == "rod":
+        return end.d
     if row.kind == "frame":
         return column(end.F.R, row.a)
     if row.kind == "child":
@@ -147,7 +162,15 @@ def value(circuits: Circuits, row: Row, end: Ends) -> Scalar:
         _, point = _axis_of(circuits, end, row.a)
         ahead, behind = minus(end.M.p, point), minus(end.F.p, point)
         return mul(0.5, sub(dot(ahead, ahead), dot(behind, behind)))
+    if row.kind == "rod":
+        length = circuits.graph.joints[row.cut].length
+        return mul(0.5, sub(dot(end.d, end.d), length * length))
     return dot(direction(circuits, row, end), end.d)
+
+
+def turns_with_parent(circuits: Circuits, row: Row) -> bool:
+    """Whether the row's direction turns with the parent while its gap is not zero."""
+    return row.kind == "frame" and not closes_point(circuits.graph.joints[row.cut])
 
 
 def derivative(circuits: Circuits, row: Row, end: Ends, coordinate: int, side: float) -> Scalar:
@@ -164,7 +187,7 @@ def derivative(circuits: Circuits, row: Row, end: Ends, coordinate: int, side: f
         u = direction(circuits, row, end)
     w, v = pair_velocity(axis, sign * side, end.M.p if side > 0 else end.F.p)
     slope = dot(u, v)
-    if side < 0 and not closes_point(circuits.graph.joints[row.cut]):
+    if side < 0 and turns_with_parent(circuits, row):
         # F turns with the parent (w is minus its rate here) and the gap along its z is not zero.
         slope = sub(slope, dot(cross(w, u), end.d))
     return slope
@@ -178,7 +201,7 @@ def rate(circuits: Circuits, row: Row, end: Ends) -> Scalar:
         return dot(minus(C.w, P.w), cross(v, u))
     u = direction(circuits, row, end)
     v = gap_velocity(circuits, end)
-    if closes_point(circuits.graph.joints[row.cut]):
+    if not turns_with_parent(circuits, row):
         return dot(u, v)
     return add(dot(u, v), dot(cross(P.w, u), end.d))
 
@@ -208,7 +231,10 @@ def acceleration(circuits: Circuits, row: Row, end: Ends) -> Scalar:
         return add(relative, dot(minus(C.w, P.w), turning))
     u = direction(circuits, row, end)
     along = dot(u, gap_acceleration(circuits, end))
-    if closes_point(circuits.graph.joints[row.cut]):
+    if row.kind == "rod":
+        v = gap_velocity(circuits, end)
+        return add(along, dot(v, v))
+    if not turns_with_parent(circuits, row):
         return along
     swing = cross(P.w, u)
     swung = plus(cross(p.alpha, u), cross(P.w, swing))

@@ -14,6 +14,7 @@ from typing import Any
 from parakin.errors import InputError, nearest
 from parakin.expressions import Parameters, Value
 from parakin.graph import Graph
+from parakin.limbs import spelt_out
 from parakin.mechanism import Body, Joint, Mechanism, Platform
 from parakin.motion import Motion
 from parakin.motion_csv import read_motion_csv
@@ -45,6 +46,24 @@ def load(mechanism: str | Path, parameters: Mapping[str, Value] | None = None) -
 
     parameters: overrides by name. Raises InputError with file, place, found and expected.
     """
+    table, origin = _tables(mechanism)
+    made = mechanism_from_table(table, origin)
+    return made.with_parameters(parameters) if parameters else made
+
+
+def expanded(mechanism: str | Path) -> str:
+    """A mechanism's file with variants and repeated limbs written out, as TOML.
+
+    Raises InputError.
+    """
+    import tomli_w
+
+    table, origin = _tables(mechanism)
+    return tomli_w.dumps(spelt_out(table, origin))
+
+
+def _tables(mechanism: str | Path) -> tuple[dict[str, Any], str]:
+    """The tables of a mechanism's file, laid over those it is a variant of, and its name."""
     path = Path(mechanism)
     known = catalogue()
     if str(mechanism) in known:
@@ -55,9 +74,7 @@ def load(mechanism: str | Path, parameters: Mapping[str, Value] | None = None) -
         raise InputError("mechanism", f"unknown name {mechanism!r}", expected)
     else:
         text, origin = read_text(path), str(path)
-    table = _with_original(parse_toml(text, origin), origin)
-    made = mechanism_from_table(table, origin)
-    return made.with_parameters(parameters) if parameters else made
+    return _with_original(parse_toml(text, origin), origin), origin
 
 
 def _is_name(text: str) -> bool:
@@ -154,7 +171,7 @@ def mechanism_from_table(table: Mapping[str, Any], origin: str) -> Mechanism:
 
     Raises InputError.
     """
-    data = dict(table)
+    data = spelt_out(table, origin)
     for key in ("bodies", "joints"):
         if key not in data:
             raise InputError(origin, f"no table [{key}]", f"[{key}.NAME] tables")

@@ -22,14 +22,18 @@ AXES = {"x": 0, "y": 1, "z": 2}
 
 
 class Pair(NamedTuple):
-    """One degree of freedom: a slide along, or a turn about, the moving frame's axis."""
+    """One degree of freedom: a slide along, or a turn about, the moving frame's axis.
+
+    `pitch` is how far a turn advances along its axis [m/rad].
+    """
 
     slides: bool
     axis: int
+    pitch: float = 0.0
 
 
 X_TURN, Y_TURN, Z_TURN = (Pair(False, axis) for axis in range(3))
-Z_SLIDE = Pair(True, 2)
+X_SLIDE, Y_SLIDE, Z_SLIDE = (Pair(True, axis) for axis in range(3))
 
 # Theta of eq. (2), active: it turns z onto x, the second axis of a universal joint.
 THETA: Matrix = ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0))
@@ -40,6 +44,9 @@ PAIRS: dict[str, tuple[Pair, ...]] = {
     "cylindrical": (Z_TURN, Z_SLIDE),
     "universal": (Z_TURN, X_TURN),
     "spherical": (X_TURN, Y_TURN, Z_TURN),
+    "planar": (X_SLIDE, Y_SLIDE, Z_TURN),
+    "free": (X_SLIDE, Y_SLIDE, Z_SLIDE, X_TURN, Y_TURN, Z_TURN),
+    "rod": (),
     "fixed": (),
 }
 
@@ -69,6 +76,7 @@ class GraphJoint:
     tail: Matrix
     first: int
     actuated: bool = False
+    length: float = 0.0
 
     @property
     def coordinates(self) -> range:
@@ -135,7 +143,7 @@ class Graph:
     @property
     def platform(self) -> int | None:
         """The platform's free joint."""
-        return next((k for k, joint in enumerate(self.joints) if joint.kind == "free"), None)
+        return next((k for k, joint in enumerate(self.joints) if joint.name == "platform"), None)
 
     def tree(
         self,
@@ -151,15 +159,25 @@ class Graph:
         actuated ones, turns before slides, and the later in the file.
         """
 
-        def order(k: int) -> tuple[int, int, bool, bool, int]:
+        def order(k: int) -> tuple[bool, int, int, bool, bool, int]:
             joint = self.joints[k]
             rank = 0 if k in first else 1 if k in second else 3 if k in last else 2
             slides = any(pair.slides for pair in joint.pairs)
-            return (rank, len(joint.pairs), not joint.actuated, not slides, k)
+            # A screw cannot be cut: its row would have to know how often it has turned.
+            return (
+                joint.kind != "helical",
+                rank,
+                len(joint.pairs),
+                not joint.actuated,
+                not slides,
+                k,
+            )
 
         group = list(range(len(self.bodies)))
         kept: list[int] = []
         for k in sorted(range(len(self.joints)), key=order):
+            if self.joints[k].kind == "rod":
+                continue
             a, b = group[self.joints[k].parent], group[self.joints[k].child]
             if a != b:
                 kept.append(k)
@@ -260,7 +278,15 @@ def graph_of(mechanism: Mechanism) -> Graph:
     named: list[tuple[str, int, bool, bool]] = []
     for joint in mechanism.joints:
         place = f"{where}: joints.{joint.name}"
-        pairs = PAIRS[joint.kind]
+        pairs = PAIRS.get(joint.kind, ())
+        if joint.pitch is not None:
+            advance = parameters.evaluate(joint.pitch, LENGTH, f"{place}.pitch")
+            pairs = (Z_TURN._replace(pitch=advance / (2 * math.pi)),)
+        length = 0.0
+        if joint.length is not None:
+            length = parameters.evaluate(joint.length, LENGTH, f"{place}.length")
+            if not length > 0:
+                raise InputError(f"{place}.length", f"{length:g} m", "a length above zero")
         joints.append(
             GraphJoint(
                 joint.name,
@@ -273,6 +299,7 @@ def graph_of(mechanism: Mechanism) -> Graph:
                 THETA if joint.kind == "universal" else IDENTITY,
                 len(named),
                 joint.actuated,
+                length,
             )
         )
         for k, pair in enumerate(pairs, start=1):

@@ -266,7 +266,8 @@ def _newton(
         there = base.varied({k: angles.turn(k, value) for k, value in values.items()})
         gaps = [closure.value(there, row, closure.ends(there, row.cut)) for row in block.rows]
         solved = solve(_jacobian(there, block), [gaps], angles.functions)
-        moves, figure = solved.solutions[0], mul(block.sign, solved.conditioning)
+        moves = solved.solutions[0]
+        figure = mul(block.sign / block.lever, solved.conditioning)
         values = {k: sub(values[k], move) for k, move in zip(values, moves, strict=True)}
     for k, value in values.items():
         angles.give(circuits, k, value)
@@ -337,7 +338,8 @@ def _substituted(
             k: sub(0.0, value) for k, value in zip(block.unknowns, solved.solutions[0], strict=True)
         }
         if block.form == "newton":
-            figures.append(_signed_square(mul(block.sign, solved.conditioning), functions))
+            figure = mul(block.sign / block.lever, solved.conditioning)
+            figures.append(_signed_square(figure, functions))
     return found, figures
 
 
@@ -383,6 +385,6 @@ def _residual(plan: Plan, circuits: Circuits, functions: Functions) -> Scalar:
         end = closure.ends(circuits, cut)
         for row in closure.canonical_rows(plan.graph.joints[cut], cut):
             gap = closure.value(circuits, row, end)
-            gap = mul(plan.graph.length, gap) if row.kind == "align" else gap
+            gap = mul(closure.per_length(plan.graph, row), gap)
             total = add(total, mul(gap, gap))
     return functions.sqrt(total)

@@ -2,7 +2,8 @@
 
 One and two unknowns by division, three by cross products, more by Householder's orthogonal
 triangularisation, which needs no pivots. The determinant, divided by the lengths of the rows,
-lies between -1 and 1 and vanishes where the system is singular: it is the conditioning figure.
+lies between -1 and 1 and vanishes where the system is singular: it is the conditioning figure
+(of a single equation, the slope itself).
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ def solve(
     n = len(matrix)
     if n == 1:
         inverse = 1.0 / matrix[0][0]  # written as one division that later right-hand sides share
-        return Solved([[mul(inverse, side[0])] for side in sides], 1.0)
+        return Solved([[mul(inverse, side[0])] for side in sides], matrix[0][0])
     lengths: Scalar = 1.0
     for row in matrix:
         square: Scalar = 0.0

@@ -50,7 +50,18 @@ def _parameter(name: str) -> str:
 
 Name = Annotated[str, AfterValidator(_name)]
 ParameterName = Annotated[str, AfterValidator(_parameter)]
-Kind = Literal["revolute", "prismatic", "cylindrical", "universal", "spherical", "fixed"]
+Kind = Literal[
+    "revolute",
+    "prismatic",
+    "cylindrical",
+    "helical",
+    "universal",
+    "spherical",
+    "planar",
+    "free",
+    "rod",
+    "fixed",
+]
 
 
 class Frame(Table):
@@ -72,7 +83,10 @@ class Joint(Table):
 
     A universal joint turns about its parent frame's z, then about its child frame's z, which
     lies along the parent frame's x when the first angle is zero. A spherical joint's angles turn
-    about x, then y, then z. A cylindrical joint has its angle first, its displacement second.
+    about x, then y, then z. A cylindrical joint has its angle first, its displacement second. A
+    helical joint advances by `pitch` along z each turn. A planar joint slides along x and y, then
+    turns about z; a free one slides along x, y, z and turns as a spherical one. A rod of `length`
+    between the two frames' origins, with spherical ends, has no coordinates.
     """
 
     unsaid = frozenset({"name"})
@@ -84,6 +98,8 @@ class Joint(Table):
     on_parent: Frame = Frame()
     on_child: Frame = Frame()
     actuated: bool = False
+    pitch: Quantity | None = None
+    length: Quantity | None = None
 
 
 class Body(Table):
@@ -188,6 +204,14 @@ def _check_names(mechanism: Mechanism) -> None:
         for role, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in bodies:
                 raise InputError(f"{place}.{role}", f"unknown body {name!r}", nearest(name, bodies))
+        for key, kind in (("pitch", "helical"), ("length", "rod")):
+            if (getattr(joint, key) is None) == (joint.kind == kind):
+                there = "no" if joint.kind == kind else "a"
+                raise InputError(
+                    f"{place}.{key}",
+                    f"{there} {key} of a {joint.kind} joint",
+                    f"a {key} of every {kind} joint and of no other",
+                )
         if joint.parent == joint.child:
             raise InputError(place, f"{joint.parent!r} joined to itself", "two different bodies")
     _check_platform(mechanism, bodies)

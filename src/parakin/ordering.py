@@ -63,6 +63,12 @@ def plan_of(
             f"{graph.mechanism.where}: the joints of the driven coordinates form a closed loop "
             f"({', '.join(loose)}); drive coordinates of other joints"
         )
+    screws = [graph.joints[k].name for k in tree.cuts if graph.joints[k].kind == "helical"]
+    if screws:
+        raise DrivenError(
+            f"{graph.mechanism.where}: every joint of the loop of {screws[0]} is helical or driven, "
+            "and a helical joint cannot be left out of the tree"
+        )
     samples = neighbours(graph, graph.tree(), home, 3) or [home]
     check_driven(graph, driven, home, samples)
     affine = _affine(graph, driven, home, samples)
@@ -153,7 +159,10 @@ def _exchanges(graph: Graph, tree: Tree, firm: set[int], blocks: Sequence[Block]
         if cut not in coupled:
             continue
         on_loop = {graph.coordinates[n].joint for n in np.flatnonzero(signs[cut])}
-        for k in sorted(on_loop - firm):
+        screws = {k for k in on_loop if graph.joints[k].kind == "helical"}
+        if graph.joints[cut].kind == "rod":
+            continue
+        for k in sorted(on_loop - firm - screws):
             trees.append(graph.tree_of([cut if other == k else other for other in kept]))
     return trees
 
@@ -365,19 +374,26 @@ def _quality(
     The last sample is home.
     """
     angle = graph.coordinates[k].angle
+    if _pitch(graph, k):
+        return 0.0, Block((k,), (row,))  # neither its angle nor its advance alone: iterate
     arms = [_arm(graph, row, k, at) for at in samples]
     worst = min(slope / size if size else 0.0 for slope, size, _ in arms)
     constant = max(constant / size if size else np.inf for _, size, constant in arms)
     lever, shortest = arms[-1][1], min(size for _, size, _ in arms)
     if not angle:
         steady = all(abs(slope - size) < 1e-12 * size for slope, size, _ in arms)
-        form: Form = "quadratic" if row.kind == "centre" else "linear"
+        form: Form = "quadratic" if row.kind in ("centre", "rod") else "linear"
         return worst, Block((k,), (row,), form, regular=steady or form == "linear")
     if shortest < 1e-3 * graph.length:  # hardly any arm to turn on
         worst *= shortest / (1e-3 * graph.length)
     form = "turn" if constant < 1e-12 else "turn with constant"
     steady = max(abs(size - lever) for _, size, _ in arms) < 1e-12 * lever
     return worst, Block((k,), (row,), form, regular=steady, lever=lever)
+
+
+def _pitch(graph: Graph, k: int) -> float:
+    joint = graph.joints[graph.coordinates[k].joint]
+    return joint.pairs[k - joint.first].pitch
 
 
 def _arm(graph: Graph, row: Row, k: int, at: Configuration) -> tuple[float, float, float]:
@@ -412,4 +428,6 @@ def _signed(graph: Graph, tree: Tree, block: Block, home: Configuration) -> Bloc
             f"{graph.mechanism.where}: home is singular for these driven coordinates: {names} are "
             "not determined there"
         )
-    return replace(block, sign=float(np.sign(determinant)))
+    single = block.form == "newton" and len(block.unknowns) == 1
+    lever = abs(float(matrix[0, 0])) if single else block.lever
+    return replace(block, sign=float(np.sign(determinant)), lever=lever)

@@ -59,6 +59,7 @@ class Axis(NamedTuple):
     slides: bool
     direction: Vector
     point: Vector
+    pitch: float = 0.0
 
 
 AT_REST = Twist(ZERO, ZERO)
@@ -102,10 +103,12 @@ def step_pose(
     sign = -1.0 if reverse else 1.0
     for k, pair in _order(joint, reverse):
         direction = column(R, pair.axis)
-        axes[k] = Axis(pair.slides, direction, p)
+        axes[k] = Axis(pair.slides, direction, p, pair.pitch)
         if pair.slides:
             p = plus(p, times(mul(sign, turns[k].value), direction))
         else:
+            if pair.pitch:
+                p = plus(p, times(mul(sign * pair.pitch, turns[k].value), direction))
             R = turned(R, pair.axis, turns[k].cosine, mul(sign, turns[k].sine))
     if not reverse:
         R = compose(R, joint.tail)
@@ -132,7 +135,7 @@ def step_twist(
         if pair.slides:
             v = plus(v, along)
         else:
-            w = plus(w, along)
+            w, v = plus(w, along), plus(v, times(pair.pitch, along))
     return Twist(w, plus(v, cross(w, minus(far.p, at))))
 
 
@@ -169,6 +172,7 @@ def step_accel(
             a = plus(a, plus(along, times(2.0, turning)))
         else:
             alpha = plus(alpha, plus(along, turning))
+            a = plus(a, times(pair.pitch, plus(along, times(2.0, turning))))
             w = plus(w, rate)
     return Accel(alpha, carried(far.p))
 
@@ -295,4 +299,5 @@ def pair_velocity(axis: Axis, sign: float, point: Vector) -> tuple[Vector, Vecto
     direction = times(sign, axis.direction)
     if axis.slides:
         return ZERO, direction
-    return direction, cross(direction, minus(point, axis.point))
+    around = cross(direction, minus(point, axis.point))
+    return direction, plus(around, times(axis.pitch, direction))

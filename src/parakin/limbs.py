@@ -1,0 +1,92 @@
+"""Limbs that repeat, written once in a file and spelt out here, one by one.
+
+A table `[limbs.NAME]` holds `count` and tables as at the top of a file. In their keys and texts
+`{i}` stands for the limb's number, 1 to count; in expressions `i` does, and every name in `each`
+for that limb's value in its list.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from parakin.errors import InputError
+from parakin.expressions import Value
+from parakin.validation import Table, validated
+
+MAX_LIMBS = 1000
+_PLAIN = ("kind", "parent", "child")  # texts that are names, never expressions
+
+
+class _Limb(Table):
+    count: int
+    each: Mapping[str, list[Value]] = {}
+    bodies: Mapping[str, Any] = {}
+    joints: Mapping[str, Any] = {}
+    home: Mapping[str, Any] = {}
+    stated: Mapping[str, Any] = {}
+    guess: Mapping[str, Any] = {}
+    limits: Mapping[str, Any] = {}
+    symbols: Mapping[str, Any] = {}
+
+
+def spelt_out(table: Mapping[str, Any], origin: str) -> dict[str, Any]:
+    """The tables of a file with its `[limbs]` written out limb by limb.
+
+    Raises InputError on limbs of the wrong form, lists of the wrong length, names used twice.
+    """
+    result = {key: value for key, value in table.items() if key != "limbs"}
+    limbs = table.get("limbs", {})
+    if not isinstance(limbs, Mapping):
+        raise InputError(f"{origin}: limbs", repr(limbs)[:80], "[limbs.NAME] tables")
+    for name, data in limbs.items():
+        place = f"{origin}: limbs.{name}"
+        limb = validated(_Limb, data, place)
+        if not 1 <= limb.count <= MAX_LIMBS:
+            raise InputError(f"{place}.count", str(limb.count), f"1 to {MAX_LIMBS}")
+        for key, values in limb.each.items():
+            if len(values) != limb.count or not key.isidentifier():
+                raise InputError(
+                    f"{place}.each.{key}", f"{len(values)} values", f"a list of {limb.count}"
+                )
+        for number in range(1, limb.count + 1):
+            _add(result, limb, number, place)
+    return result
+
+
+def _add(result: dict[str, Any], limb: _Limb, number: int, place: str) -> None:
+    own = {key: f"{key}_{number}" for key in limb.each}
+    values = {
+        own[key]: _numbered(values[number - 1], number, own) for key, values in limb.each.items()
+    }
+    _merge(result, "parameters", values, place)
+    for key in ("bodies", "joints", "home", "stated", "guess", "limits", "symbols"):
+        _merge(result, key, _numbered(getattr(limb, key), number, own), place)
+
+
+def _merge(result: dict[str, Any], key: str, more: Mapping[str, Any], place: str) -> None:
+    if not more:
+        return
+    known = result.get(key, {})
+    for name in more:
+        if isinstance(known, Mapping) and name in known:
+            raise InputError(f"{place}: {key}", f"{name!r} twice", "names with {i} in them")
+    result[key] = {**known, **more}
+
+
+def _numbered(value: Any, number: int, own: Mapping[str, str], *, plain: bool = False) -> Any:
+    if isinstance(value, Mapping):
+        return {
+            str(key).replace("{i}", str(number)): _numbered(inner, number, own, plain=key in _PLAIN)
+            for key, inner in value.items()
+        }
+    if isinstance(value, list):
+        return [_numbered(inner, number, own) for inner in value]
+    if not isinstance(value, str):
+        return value
+    text = value.replace("{i}", str(number))
+    if plain:
+        return text
+    names = "|".join(map(re.escape, [*own, "i"]))
+    return re.sub(rf"(?<![\w.])({names})(?!\w)", lambda m: own.get(m[1], f"({number})"), text)
