@@ -5,17 +5,26 @@ Nearly all of it goes through the command line, since that is where strangers me
 
 from __future__ import annotations
 
+import copy
+import math
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+import tomllib
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import parakin
 from parakin import InputError
 from parakin.cli import main
+from parakin.files import mechanism_from_table
+from parakin.graph import graph_of
+from parakin.solver import assembled
 
 LINKAGE = """
 name = "linkage"
@@ -341,6 +350,46 @@ def test_a_variant_with_changes_that_are_no_tables(refusal: Refusal) -> None:
     ]:
         Path("variant.toml").write_text(variant + text)
         assert said in refusal("check", "variant.toml")
+
+
+junk = st.sampled_from(
+    [None, True, 0, 1, -1, 0.5, 1e-300, 1e60, math.nan, math.inf, 10**400, "", "x", "A", "base"]
+    + ["1 mm", "3 deg", "3 s", "r", "1/0", "fixed", "spherical", "prismatic", "cylindrical"]
+    + [[], [1], [1, 2, 3], [0, 0, 0], ["x"], [[1]], [["x", "r"]], {}, {"a": 1}, {"at": [0, 0, 0]}]
+)
+
+
+def places(table: object) -> Iterator[tuple[Any, Any]]:
+    """Every table and list inside one, with each of its keys."""
+    keys = list(table) if isinstance(table, dict) else range(len(table))  # type: ignore[arg-type]
+    for key in keys:
+        yield table, key
+        if isinstance(table[key], (dict, list)):  # type: ignore[index]
+            yield from places(table[key])  # type: ignore[index]
+
+
+@settings(deadline=None, max_examples=300)
+@given(st.data())
+def test_a_mechanism_with_any_value_changed_is_good_or_refused(data: st.DataObject) -> None:
+    table = tomllib.loads(LINKAGE)
+    inner, key = data.draw(st.sampled_from(list(places(table))))
+    inner[key] = copy.deepcopy(data.draw(junk))
+    try:
+        assembled(graph_of(mechanism_from_table(table, "linkage.toml")))
+    except InputError as error:
+        assert str(error).startswith("linkage.toml")
+        assert "\n" not in str(error)
+    except parakin.AssemblyError as error:
+        assert "joint" in str(error)
+
+
+@settings(deadline=None)
+@given(st.binary(max_size=200) | st.text("[]{}=.,'\"#\n a1-", max_size=60).map(str.encode))
+def test_any_bytes_are_refused_as_a_mechanism(content: bytes) -> None:
+    Path("bytes.toml").write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        parakin.load("bytes.toml")
+    assert caught.value.place.startswith("bytes.toml")
 
 
 # ---- files that are no mechanisms

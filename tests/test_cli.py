@@ -508,6 +508,12 @@ def test_help_costs_no_heavy_import() -> None:
     assert not heavy & set(loaded.split())
 
 
+def test_letters_that_the_terminal_lacks_are_spelt_out() -> None:
+    done = process("-m", "parakin", "check", "flight-simulator", PYTHONIOENCODING="ascii")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert r"Gr\xfcbler-Kutzbach: -3" in done.stdout
+
+
 def test_a_reader_that_leaves_early_is_no_mistake() -> None:
     command = f"{sys.executable} -m parakin solve flight-simulator general -o - | head -n 1"
     done = subprocess.run(

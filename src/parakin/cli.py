@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import re
 import sys
@@ -146,6 +147,8 @@ def _stdout_told() -> Iterator[None]:
 def _console(*, stderr: bool = False, width: int | None = None) -> Console:
     from rich.console import Console
 
+    if not stderr and isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # as stderr does: ü where there is none
     colours = None if os.environ.get("NO_COLOR") else "auto"
     return Console(
         stderr=stderr,

@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
@@ -66,14 +67,44 @@ def plan_of(
     screws = [graph.joints[k].name for k in tree.cuts if graph.joints[k].kind == "helical"]
     if screws:
         raise DrivenError(
-            f"{graph.mechanism.where}: every joint of the loop of {screws[0]} is helical or driven, "
-            "and a helical joint cannot be left out of the tree"
+            f"{graph.mechanism.where}: every joint of the loop of {screws[0]} is helical or "
+            "driven, and a helical joint cannot be left out of the tree"
         )
     samples = neighbours(graph, graph.tree(), home, 3) or [home]
     check_driven(graph, driven, home, samples)
     affine = _affine(graph, driven, home, samples)
     best = _analysed(graph, tree, driven, affine, samples)
-    improved = not cut
+    if not cut:
+        best = _improved(graph, best, firm, driven, affine, samples)
+        if graph.platform is not None and _cost(best[1]) > len(best[1]):
+            # Where nothing much is gained by it, a block iterates better on the platform's pose
+            # than on some limb's angles.
+            held = firm | {graph.platform}
+            posed = _analysed(graph, graph.tree(first=held), driven, affine, samples)
+            posed = _improved(graph, posed, held, driven, affine, samples)
+            best = min(best, posed, key=lambda found: _cost(found[1]) * (2 if found is best else 1))
+    tree, blocks, dependence = best
+    blocks = _refined(graph, tree, blocks, dependence, [*samples, home])
+    here = configure(graph, tree, home.q)
+    blocks = [_signed(graph, tree, block, here) for block in blocks]
+    return Plan(graph, tree, tuple(driven), home.q, affine, tuple(blocks))
+
+
+Members = tuple[list[int], list[int]]  # unknowns, rows
+BoolArray = NDArray[np.bool_]
+Analysed = tuple[Tree, list[Block], dict[Row, frozenset[int]]]
+
+
+def _improved(
+    graph: Graph,
+    best: Analysed,
+    firm: set[int],
+    driven: Sequence[int],
+    affine: Mapping[int, Affine],
+    samples: Sequence[Configuration],
+) -> Analysed:
+    """The tree made cheaper by exchanging one cut after the other, while that helps."""
+    improved = True
     while improved and _cost(best[1]) > sum(len(b.unknowns) for b in best[1]):
         improved = False
         for other in _exchanges(graph, best[0], firm, best[1]):
@@ -81,11 +112,7 @@ def plan_of(
             if _cost(candidate[1]) < _cost(best[1]):
                 best, improved = candidate, True
                 break
-    tree, blocks, dependence = best
-    blocks = _refined(graph, tree, blocks, dependence, [*samples, home])
-    here = configure(graph, tree, home.q)
-    blocks = [_signed(graph, tree, block, here) for block in blocks]
-    return Plan(graph, tree, tuple(driven), home.q, affine, tuple(blocks))
+    return best
 
 
 def check_driven(
@@ -184,7 +211,7 @@ def _analysed(
     driven: Sequence[int],
     affine: Mapping[int, Affine],
     samples: Sequence[Configuration],
-) -> tuple[Tree, list[Block], dict[Row, frozenset[int]]]:
+) -> Analysed:
     """The blocks of one tree: independent rows, sparsest first, matched and sorted.
 
     Also returned: every row that could be used, and the unknowns it depends on.
@@ -207,17 +234,21 @@ def _analysed(
     )[:, :, unknowns]
     pattern = np.abs(jacobians).max(axis=0) > _ZERO * graph.length
     pattern |= _lasting(graph, tree, rows, unknowns, samples[0], pattern)
-    chosen = _independent(jacobians[0], pattern)
-    if len(chosen) < len(unknowns):
+    scaled = jacobians[0] / np.maximum(np.linalg.norm(jacobians[0], axis=1, keepdims=True), _ZERO)
+    blocks = _eliminated(scaled, pattern)
+    if blocks is None:
         raise DrivenError(
-            f"{graph.mechanism.where}: the loops leave {len(unknowns) - len(chosen)} of "
-            f"{len(unknowns)} passive coordinates undetermined"
+            f"{graph.mechanism.where}: the loops leave some passive coordinates undetermined"
         )
     dependence = {
         row: frozenset(unknowns[j] for j in np.flatnonzero(pattern[i]))
         for i, row in enumerate(rows)
     }
-    return tree, _blocks(rows, unknowns, pattern, chosen), dependence
+    named = [
+        Block(tuple(unknowns[j] for j in members), tuple(rows[i] for i in chosen))
+        for members, chosen in blocks
+    ]
+    return tree, named, dependence
 
 
 def _lasting(
@@ -226,8 +257,8 @@ def _lasting(
     rows: Sequence[Row],
     unknowns: Sequence[int],
     at: Configuration,
-    pattern: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
-) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    pattern: BoolArray,
+) -> BoolArray:
     """What rows depend on when their loops are open: blocks are solved while later ones still are.
 
     Coordinates are thrown about, one at a time and away from closure; a row whose value moves
@@ -256,21 +287,59 @@ def _lasting(
     return depends
 
 
-def _independent(
-    jacobian: FloatArray, pattern: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
-) -> list[int]:
+def _eliminated(scaled: FloatArray, pattern: BoolArray) -> list[Members] | None:
+    """Unknowns and rows in blocks, the smallest systems that can be solved first.
+
+    A set of unknowns can be solved when rows that know nothing else (but what is solved already)
+    have full rank in it. The sets tried are those that rows know, then unions of two of them.
+    None where the rows leave something undetermined.
+    """
+    left = np.ones(pattern.shape[1], dtype=bool)
+    blocks: list[Members] = []
+    while left.any():
+        known = np.unique(pattern[:, left], axis=0)
+        sizes = known.sum(axis=1)
+        known = known[(sizes > 0)][np.argsort(sizes[sizes > 0], kind="stable")]
+        found = _smallest(scaled[:, left], pattern[:, left], known)
+        if found is None and len(known) > 1:
+            i, j = np.triu_indices(len(known), 1)
+            unions = np.unique(known[i] | known[j], axis=0)
+            unions = unions[np.argsort(unions.sum(axis=1), kind="stable")]
+            found = _smallest(scaled[:, left], pattern[:, left], unions)
+        if found is None:
+            found = _smallest(scaled[:, left], pattern[:, left], np.ones((1, left.sum()), bool))
+        if found is None:
+            return None
+        members, chosen = found
+        numbers = np.flatnonzero(left)[members]
+        blocks += _sorted(pattern, numbers, chosen)
+        left[numbers] = False
+    return blocks
+
+
+def _smallest(scaled: FloatArray, pattern: BoolArray, sets: BoolArray) -> Members | None:
+    """The first of the sets that rows knowing only it determine, and such rows."""
+    for chosen_set in sets:
+        rows = np.flatnonzero(pattern.any(axis=1) & ~(pattern & ~chosen_set).any(axis=1))
+        members = np.flatnonzero(chosen_set)
+        if len(rows) < len(members):
+            continue
+        picked = _independent(scaled[np.ix_(rows, members)], pattern[rows].sum(axis=1))
+        if len(picked) == len(members):
+            return members.tolist(), rows[picked].tolist()
+    return None
+
+
+def _independent(jacobian: FloatArray, counts: NDArray[np.intp]) -> list[int]:
     """Rows that span all, those with the fewest unknowns first, the largest of equals."""
-    sizes = np.linalg.norm(jacobian, axis=1)
-    usable = sizes > _ZERO
-    scaled = np.where(usable[:, None], jacobian / np.where(usable, sizes, 1.0)[:, None], 0.0)
-    counts = pattern.sum(axis=1)
     chosen: list[int] = []
     basis = np.zeros((0, jacobian.shape[1]))
+    usable = np.linalg.norm(jacobian, axis=1) > _ZERO
     for threshold in (0.05, 1e-5):  # well-conditioned choices first
         for count in sorted(set(counts[usable].tolist())):
             waiting = [i for i in np.flatnonzero((counts == count) & usable) if i not in chosen]
             while waiting and len(chosen) < jacobian.shape[1]:
-                left = scaled[waiting] - (scaled[waiting] @ basis.T) @ basis
+                left = jacobian[waiting] - (jacobian[waiting] @ basis.T) @ basis
                 left -= (left @ basis.T) @ basis
                 norms = np.linalg.norm(left, axis=1)
                 top = int(np.argmax(norms > 0.98 * norms.max()))  # the first of near equals
@@ -282,34 +351,23 @@ def _independent(
     return chosen
 
 
-def _blocks(
-    rows: Sequence[Row],
-    unknowns: Sequence[int],
-    pattern: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
-    chosen: Sequence[int],
-) -> list[Block]:
-    """Match rows with unknowns; strongly connected components, in order of solution."""
-    square = pattern[list(chosen)]
+def _sorted(pattern: BoolArray, members: NDArray[np.intp], chosen: Sequence[int]) -> list[Members]:
+    """One system's rows matched with its unknowns: its strongly connected components, in order."""
+    square = pattern[np.array(chosen)][:, members]
     match = maximum_bipartite_matching(csr_array(square), perm_type="column")
-    n = len(unknowns)
-    if (match < 0).any():  # structurally singular: leave it whole for the solver to judge
-        return [Block(tuple(unknowns), tuple(rows[i] for i in chosen))]
+    if len(members) == 1 or (match < 0).any():
+        return [(members.tolist(), list(chosen))]
     needs = square[:, match]  # row i solves unknown match[i]; needs[i, j]: it needs that of row j
     _, labels = connected_components(csr_array(needs), directed=True, connection="strong")
-    groups = {int(g): np.flatnonzero(labels == g).tolist() for g in set(labels.tolist())}
+    groups = [np.flatnonzero(labels == g).tolist() for g in sorted(set(labels.tolist()))]
     done: set[int] = set()
-    blocks: list[Block] = []
-    while len(done) < n:
-        for members in list(groups.values()):
-            wanted = set(np.flatnonzero(needs[members].any(axis=0)).tolist()) - set(members)
-            if members[0] not in done and wanted <= done:
-                blocks.append(
-                    Block(
-                        tuple(unknowns[match[i]] for i in members),
-                        tuple(rows[chosen[i]] for i in members),
-                    )
-                )
-                done |= set(members)
+    blocks: list[Members] = []
+    while len(done) < len(members):
+        for group in groups:
+            wanted = set(np.flatnonzero(needs[group].any(axis=0)).tolist()) - set(group)
+            if group[0] not in done and wanted <= done:
+                blocks.append((members[match[group]].tolist(), [chosen[i] for i in group]))
+                done |= set(group)
     return blocks
 
 
