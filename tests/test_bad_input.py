@@ -13,7 +13,7 @@ import sys
 import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 from hypothesis import given, settings
@@ -21,10 +21,11 @@ from hypothesis import strategies as st
 
 import parakin
 from parakin import InputError
+from parakin.assembly import assembled
 from parakin.cli import main
 from parakin.files import mechanism_from_table
 from parakin.graph import graph_of
-from parakin.solver import assembled
+from parakin.mechanism import Kind
 
 LINKAGE = """
 name = "linkage"
@@ -80,7 +81,7 @@ rate = 50
 [laws]
 A = { law = "poly345", by = "40 deg" }
 """
-KINDS = "one of: cylindrical, fixed, prismatic, revolute, spherical, universal"
+KINDS = f"one of: {', '.join(sorted(get_args(Kind)))}"
 ARITHMETIC = "only numbers, units, parameters, + - * / ** and functions"
 
 Refusal = Callable[..., str]
@@ -305,6 +306,52 @@ MECHANISM = [
         '{ axis = [0, 0, 1], turns = [["x", 1]] }',
         "joints.B.on_parent.turns: found turns beside an axis; expected either turns or an axis",
     ),
+    # pitch and length
+    (
+        IN_B,
+        "{}\npitch = 0.1",
+        "joints.B.pitch: found a pitch of a revolute joint; expected a pitch",
+    ),
+    (
+        '"revolute"',
+        '"helical"',
+        "joints.A.pitch: found no pitch of a helical joint; expected a pitch",
+    ),
+    (
+        '"revolute"',
+        '"rod"',
+        "joints.A.length: found no length of a rod joint; expected a length of",
+    ),
+    (
+        '"revolute"',
+        '"rod"\nlength = "-1 m"',
+        "joints.A.length: found -1 m; expected a length above",
+    ),
+    (
+        '"revolute"',
+        '"helical"\npitch = "1 s"',
+        "joints.A.pitch: found '1 s', a time; expected a len",
+    ),
+    # limbs
+    ("[guess]", "[limbs]\nleg = 3\n[guess]", "limbs.leg: found 3; expected a table"),
+    ("[guess]", "[limbs.leg]\n[guess]", "limbs.leg: found no key 'count'; expected a value for co"),
+    ("[guess]", "[limbs.leg]\ncount = 0\n[guess]", "limbs.leg.count: found 0; expected 1 to 1000"),
+    (
+        "[guess]",
+        "[limbs.leg]\ncount = 2.5\n[guess]",
+        "limbs.leg.count: found 2.5; expected a whole",
+    ),
+    ("[guess]", "[limbs.leg]\ncount = 1\nlegs = 3\n[guess]", "limbs.leg: found unknown key 'legs'"),
+    (
+        "[guess]",
+        "[limbs.leg]\ncount = 2\neach = { a = [1] }\n[guess]",
+        "limbs.leg.each.a: found 1 values; expected a list of 2",
+    ),
+    (
+        "[guess]",
+        "[limbs.leg]\ncount = 2\nbodies = { foot = {} }\n[guess]",
+        "limbs.leg: bodies: found 'foot' twice; expected names with {i} in them",
+    ),
     # structure
     (
         "crank = {}",
@@ -352,11 +399,21 @@ def test_a_variant_with_changes_that_are_no_tables(refusal: Refusal) -> None:
         assert said in refusal("check", "variant.toml")
 
 
-junk = st.sampled_from(
-    [None, True, 0, 1, -1, 0.5, 1e-300, 1e60, math.nan, math.inf, 10**400, "", "x", "A", "base"]
-    + ["1 mm", "3 deg", "3 s", "r", "1/0", "fixed", "spherical", "prismatic", "cylindrical"]
-    + [[], [1], [1, 2, 3], [0, 0, 0], ["x"], [[1]], [["x", "r"]], {}, {"a": 1}, {"at": [0, 0, 0]}]
-)
+values = [None, True, 0, 1, -1, 0.5, 1e-300, 1e60, math.nan, math.inf, 10**400, "", "x", "A"]
+texts = ["base", "1 mm", "3 deg", "3 s", "r", "1/0", *get_args(Kind)]
+nested = [
+    [],
+    [1],
+    [1, 2, 3],
+    [0, 0, 0],
+    ["x"],
+    [[1]],
+    [["x", "r"]],
+    {},
+    {"a": 1},
+    {"at": [0, 0, 0]},
+]
+junk = st.sampled_from([*values, *texts, *nested])
 
 
 def places(table: object) -> Iterator[tuple[Any, Any]]:

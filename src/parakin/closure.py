@@ -124,18 +124,21 @@ def _axis_of(circuits: Circuits, end: Ends, coordinate: int) -> tuple[Vector, Ve
 
 def arm(
     circuits: Circuits, row: Row, end: Ends, coordinate: int, side: float
-) -> tuple[Vector, float]:
-    """How a "centre" row sees a coordinate: the arm from the centre, and the sign of its square.
+) -> tuple[Vector, float, Vector]:
+    """How a "centre" or "rod" row sees a coordinate: the arm, the sign of its square in the row,
+    and the point that the coordinate moves.
 
     The coordinate moves the point on its own side about a fixed centre, or, where the centre is
     beyond it on the same side, moves the centre and with it the arm to the point opposite.
     """
+    own = end.M.p if side > 0 else end.F.p
     if row.kind == "rod":
-        return end.d, 1.0
+        return end.d, 1.0, own
     path = circuits.path[end.child if side > 0 else end.parent]
     carried = row.a in path and path.index(coordinate) < path.index(row.a)
     sign = -side if carried else side
-    return minus(end.M.p if sign > 0 else end.F.p, _axis_of(circuits, end, row.a)[1]), sign
+    centre = _axis_of(circuits, end, row.a)[1]
+    return minus(end.M.p if sign > 0 else end.F.p, centre), sign, centre if carried else own
 
 
 def direction(circuits: Circuits, row: Row, end: Ends) -> Vector:
@@ -181,11 +184,11 @@ def derivative(circuits: Circuits, row: Row, end: Ends, coordinate: int, side: f
         w, _ = pair_velocity(axis, sign * side, end.F.p)
         u, v = column(end.F.R, row.a), column(end.M.R, row.b)
         return dot(w, cross(v, u))
-    if row.kind == "centre":  # exact on open loops too
-        u, _ = arm(circuits, row, end, coordinate, side)
+    if row.kind in ("centre", "rod"):  # exact on open loops too
+        u, _, moved = arm(circuits, row, end, coordinate, side)
     else:
-        u = direction(circuits, row, end)
-    w, v = pair_velocity(axis, sign * side, end.M.p if side > 0 else end.F.p)
+        u, moved = direction(circuits, row, end), end.M.p if side > 0 else end.F.p
+    w, v = pair_velocity(axis, sign * side, moved)
     slope = dot(u, v)
     if side < 0 and turns_with_parent(circuits, row):
         # F turns with the parent (w is minus its rate here) and the gap along its z is not zero.

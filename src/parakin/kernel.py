@@ -209,7 +209,7 @@ def _closed_form(circuits: Circuits, block: Block, angles: _Angles, quality: lis
         if block.form == "linear":
             angles.give(circuits, k, -c / b)
             return
-        u, side = closure.arm(rest, row, end, k, closure.loop(rest, row.cut)[k])
+        u, side, _ = closure.arm(rest, row, end, k, closure.loop(rest, row.cut)[k])
         reach = sub(mul(b, b), mul(2.0 * side, c))
         root = functions.sqrt(reach)
         angles.give(circuits, k, mul(side, sub(mul(block.sign, root), b)))

@@ -186,7 +186,7 @@ class Tracker:
         for repeat in range(_REPEATS):
             # A step or two beyond what is needed reaches round-off, and costs little.
             wanted = self._layout.tolerance * (0.01 if repeat < 2 else 1.0)
-            open_ = ~(out[checks] <= wanted) & ~np.isnan(out[checks])
+            open_ = ~(out[checks] <= wanted) & self._hopeful(out)
             if not open_.any():
                 break
             again = self._run(
@@ -194,6 +194,14 @@ class Tracker:
             )
             out[:, open_] = again
         return out
+
+    def _hopeful(self, out: FloatArray) -> NDArray[np.bool_]:
+        """Whether another step may help: the iteration is finite, and it moves while what follows
+        from it is still out of reach."""
+        checks = self._layout.checks
+        finite = np.isfinite(out[self._layout.found[0]]).all(axis=0)
+        settled = np.isnan(out[checks]) & ~(out[checks + 2] > 1e-10)
+        return finite & ~settled
 
     def _state(self, time: float, y: FloatArray, out: FloatArray) -> State:
         return State(time, y, out[self._layout.found])

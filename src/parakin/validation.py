@@ -18,7 +18,7 @@ else:
 
 AnyModel = TypeVar("AnyModel", bound=BaseModel)
 _EXPECTED = (
-    {"float_type": "a number", "int_type": "a number", "string_type": "text"}
+    {"float_type": "a number", "int_type": "a whole number", "string_type": "text"}
     | {"list_type": "a list", "tuple_type": "a list", "bool_type": "true or false"}
     | dict.fromkeys(("dict_type", "mapping_type", "model_type", "model_attributes_type"), "a table")
 )
