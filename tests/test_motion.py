@@ -886,8 +886,8 @@ class Plain(BaseModel):
     ("data", "message"),
     [
         ({"size": 3}, "here.size: found 3; expected an even number"),
-        ({"size": 0.5}, "here.size: found 0.5; expected a number"),
-        ({"items": [1, "b"]}, "here.items[1]: found 'b'; expected a number"),
+        ({"size": 0.5}, "here.size: found 0.5; expected a whole number"),
+        ({"items": [1, "b"]}, "here.items[1]: found 'b'; expected a whole number"),
         ({"items": 3}, "here.items: found 3; expected a list"),
         ({"items": ["x" * 200]}, "..."),
         (7, "here: found 7; expected a table"),
@@ -903,4 +903,4 @@ def test_findings_of_any_model(data: Any, message: str) -> None:
 def test_findings_without_the_data() -> None:
     with pytest.raises(ValidationError) as error:
         Plain.model_validate({"size": 0.5})
-    assert str(input_error(error.value, "here")).startswith("here.size: found 0.5; expected a numb")
+    assert str(input_error(error.value, "here")).startswith("here.size: found 0.5; expected a whole")

@@ -17,6 +17,7 @@ from parakin.assembly import (
     FloatArray,
     configure,
     coordinate_scales,
+    functional,
     loop_signs,
     neighbours,
 )
@@ -68,7 +69,8 @@ def mobility(graph: Graph, home: Configuration, wanted: int = 0) -> Mobility:
     """
     tree = graph.tree()
     real = [joint for joint in graph.joints if joint.name != "platform"]
-    freedom = sum(len(joint.pairs) for joint in real)
+    # A rod's two spherical joints leave it five freedoms and an idle spin, which is not counted.
+    freedom = sum(5 if joint.kind == "rod" else len(joint.pairs) for joint in real)
     at = configure(graph, tree, home.q)
     nearby = [configure(graph, tree, c.q) for c in neighbours(graph, tree, at, _NEARBY)]
     cuts = [k for k in tree.cuts if k != graph.platform]
@@ -116,7 +118,12 @@ def mobility_at(graph: Graph, at: Configuration, freed: Sequence[int] = ()) -> i
             sign = -1.0 if k == cut else _joint_sign(graph, cut, k, onward)
             block[:, place : place + screws.shape[1]] = sign * screws
             place += screws.shape[1]
-        loops.append(scale * block)
+        if graph.joints[cut].kind == "rod":  # one row, not six: nothing but its length is kept
+            (row,) = closure.canonical_rows(graph.joints[cut], cut)
+            block = functional(graph, at, row)[None, :] @ block / graph.joints[cut].length
+            loops.append(block / graph.length)
+        else:
+            loops.append(scale * block)
     if not loops:
         return width
     sizes = np.linalg.svd(np.vstack(loops), compute_uv=False)

@@ -50,7 +50,9 @@ def plan_of(
     Raises DrivenError where the driven coordinates do not determine the motion at home, or where
     no tree leaves out those joints and keeps the driven ones.
     """
-    firm = {graph.coordinates[k].joint for k in driven}
+    samples = neighbours(graph, graph.tree(), home, 3) or [home]
+    idle = check_driven(graph, driven, home, samples)
+    firm = {graph.coordinates[k].joint for k in (*driven, *idle)}
     tree = graph.tree(first=firm, last=cut)
     if not set(cut) <= set(tree.cuts):
         kept = sorted(graph.joints[k].name for k in set(cut) - set(tree.cuts))
@@ -70,9 +72,7 @@ def plan_of(
             f"{graph.mechanism.where}: every joint of the loop of {screws[0]} is helical or "
             "driven, and a helical joint cannot be left out of the tree"
         )
-    samples = neighbours(graph, graph.tree(), home, 3) or [home]
-    check_driven(graph, driven, home, samples)
-    affine = _affine(graph, driven, home, samples)
+    affine = _affine(graph, driven, idle, home, samples)
     best = _analysed(graph, tree, driven, affine, samples)
     if not cut:
         best = _improved(graph, best, firm, driven, affine, samples)
@@ -117,47 +117,97 @@ def _improved(
 
 def check_driven(
     graph: Graph, driven: Sequence[int], home: Configuration, samples: Sequence[Configuration]
-) -> None:
-    """Raises DrivenError unless the driven coordinates determine all others near home."""
+) -> list[int]:
+    """Raises DrivenError unless the driven coordinates determine all others near home.
+
+    Freedoms that move neither platform nor actuators, such as the spin of a leg between two
+    spherical joints, are idle. Returns a coordinate for each, to be held at home.
+    """
     name = graph.mechanism.where
     names = ", ".join(graph.coordinates[k].name for k in driven) or "none"
     tree = graph.tree()
+    held: list[int] = []
     for at in (*samples, home):
         motions, _ = freedoms(graph, tree, configure(graph, tree, at.q))
         scaled = motions / coordinate_scales(graph)[:, None]
         mobility = motions.shape[1]
         given = scaled[list(driven)]
-        sizes = np.linalg.svd(given, compute_uv=False) if given.size else np.zeros(0)
+        left, sizes, right = np.linalg.svd(given) if given.size else (None, np.zeros(0), None)
         rank = int((sizes > 1e-7).sum())
         where = "at home" if at is home else "near home"
         if rank < len(driven):
+            reason = f"the mobility is {mobility}" if left is None else ""
+            if left is not None:
+                weights = np.abs(left[:, rank:]).max(axis=1)
+                tied = [n for n, w in zip(names.split(", "), weights, strict=True) if w > 1e-6]
+                reason = (
+                    f"{tied[0]} cannot move"
+                    if len(tied) == 1
+                    else f"{', '.join(tied)} depend on one another"
+                )
             raise DrivenError(
-                f"{name}: the driven coordinates {names} are dependent or locked {where}: "
-                f"{len(driven)} are driven, {rank} can move independently (mobility {mobility})"
+                f"{name}: {len(driven)} coordinates are driven ({names}), but only {rank} can move "
+                f"independently {where}: {reason} (mobility {mobility})"
             )
-        if mobility > rank:
-            _, _, right = np.linalg.svd(given) if given.size else (0, 0, np.eye(mobility))
-            idle = np.abs(scaled @ right[rank:].T).max(axis=1)
-            loose = [c.name for c, size in zip(graph.coordinates, idle, strict=True) if size > 1e-6]
-            raise DrivenError(
-                f"{name}: mobility is {mobility} {where}, but {len(driven)} coordinates are driven "
-                f"({names}); not determined: {', '.join(loose)}"
-            )
+        if mobility == rank:
+            continue
+        loose = scaled @ (right[rank:].T if right is not None else np.eye(mobility))
+        if _is_idle(graph, loose):
+            held = held or _holders(loose)
+            continue
+        moved = [
+            c.name
+            for c, row in zip(graph.coordinates, np.abs(loose).max(axis=1), strict=True)
+            if row > 1e-6
+        ]
+        raise DrivenError(
+            f"{name}: mobility is {mobility} {where}, but {len(driven)} coordinates are driven "
+            f"({names}); not determined: {', '.join(moved)}"
+        )
+    return held
+
+
+def _is_idle(graph: Graph, motions: FloatArray) -> bool:
+    """Whether these motions leave the platform and the actuators alone (and there are such)."""
+    watched = [k for k, c in enumerate(graph.coordinates) if c.actuated]
+    if graph.platform is not None:
+        watched += graph.joints[graph.platform].coordinates
+    return bool(watched) and bool(np.abs(motions[watched]).max(initial=0.0) < 1e-7)
+
+
+def _holders(motions: FloatArray) -> list[int]:
+    """One coordinate for each motion that, held, stops it: the largest, one after the other."""
+    left = motions.copy()
+    held: list[int] = []
+    for _ in range(motions.shape[1]):
+        k = int(np.argmax(np.linalg.norm(left, axis=1)))
+        held.append(k)
+        direction = left[k] / np.linalg.norm(left[k])
+        left -= np.outer(left @ direction, direction)
+    return held
 
 
 def _affine(
-    graph: Graph, driven: Sequence[int], home: Configuration, samples: Sequence[Configuration]
+    graph: Graph,
+    driven: Sequence[int],
+    idle: Sequence[int],
+    home: Configuration,
+    samples: Sequence[Configuration],
 ) -> dict[int, Affine]:
-    """Coordinates whose rates are the same mix of the driven ones everywhere, as in eq. (5)."""
+    """Coordinates whose rates are the same mix of the driven ones everywhere, as in eq. (5).
+
+    Those of idle freedoms rest at home.
+    """
     tree = graph.tree()
     maps = []
     for at in (*samples, home):
         motions, _ = freedoms(graph, tree, configure(graph, tree, at.q))
-        maps.append(np.linalg.solve(motions[list(driven)].T, motions.T).T)
+        given = [*driven, *idle]
+        maps.append(np.linalg.solve(motions[given].T, motions.T).T[:, : len(driven)])
     spread = np.ptp(np.array(maps), axis=0).max(axis=1)
     found = {}
     for k in range(len(graph.coordinates)):
-        lone = len(samples) < 2 and k not in driven  # nothing to compare with
+        lone = len(samples) < 2 and k not in given  # nothing to compare with
         if spread[k] > 10 * _ZERO or lone:
             continue
         mean = np.mean([m[k] for m in maps], axis=0)

@@ -197,11 +197,13 @@ class Tracker:
 
     def _hopeful(self, out: FloatArray) -> NDArray[np.bool_]:
         """Whether another step may help: the iteration is finite, and it moves while what follows
-        from it is still out of reach."""
+        from it is still out of reach.
+        """
         checks = self._layout.checks
         finite = np.isfinite(out[self._layout.found[0]]).all(axis=0)
         settled = np.isnan(out[checks]) & ~(out[checks + 2] > 1e-10)
-        return finite & ~settled
+        hopeful: NDArray[np.bool_] = finite & ~settled
+        return hopeful
 
     def _state(self, time: float, y: FloatArray, out: FloatArray) -> State:
         return State(time, y, out[self._layout.found])

@@ -104,7 +104,7 @@ def input_error(error: ValidationError, place: str, data: object = None) -> Inpu
         return InputError(where, _shown(found), _list_of(context["max_length"]))
     # The alternatives of a union are reported one by one, all at the same place.
     texts = [_EXPECTED.get(e["type"], e["msg"]) for at, e in findings if at == where]
-    if {"a number", "text"} == set(texts):
+    if {"a number", "text"} <= set(texts):
         texts = ["a number, a quantity like '850 mm' or an expression"]
     expected = " or ".join(dict.fromkeys(texts)).replace("Input should be ", "")
     return InputError(where, _shown(found), expected.replace("Value error, ", ""))

@@ -1,0 +1,173 @@
+"""The catalogue: every entry against a closed form of its own, along its demonstration motions."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from catalogue_forms import FORMS
+
+import parakin
+from parakin.analysis import mobility
+from parakin.assembly import assembled
+from parakin.graph import graph_of
+from parakin.motion import Samples
+from parakin.tracking import Status
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ELSEWHERE = ("flight-simulator", "flight-simulator-upu")  # tests of their own
+ENTRIES = [name for name in parakin.catalogue() if name not in ELSEWHERE]
+DEMONSTRATIONS = [(name, motion) for name in ENTRIES for motion in parakin.load(name).motions]
+
+# Grübler-Kutzbach and the true mobility.
+MOBILITY = {
+    "bennett": (-2, 1),
+    "bricard": (0, 1),
+    "five-bar": (-1, 2),
+    "four-bar": (-2, 1),
+    "six-bar-stephenson": (-5, 1),
+    "six-bar-watt": (-5, 1),
+    "slider-crank": (-2, 1),
+}
+
+
+@cache
+def solver_of(name: str, *driven: str) -> parakin.Solver:
+    return parakin.compile(name, driven or None, coordinates="all", machine_code=False)
+
+
+@cache
+def demonstrated(name: str, motion: str) -> xr.Dataset:
+    return solver_of(name).solve(motion)
+
+
+def deviations(result: xr.Dataset, expected: dict[str, np.ndarray]) -> dict[str, float]:
+    """The largest differences of positions, angles within half a turn."""
+    found = {}
+    for name, values in expected.items():
+        row = result.sel(coordinate=name)
+        difference = row.position.values - values
+        if row.unit == "rad":
+            difference = difference - 2 * np.pi * np.round(difference / (2 * np.pi))
+        found[name] = float(np.abs(difference).max())
+    return found
+
+
+@pytest.mark.parametrize(("name", "motion"), DEMONSTRATIONS)
+def test_demonstrations_are_closed_and_solved_throughout(name: str, motion: str) -> None:
+    result = demonstrated(name, motion)
+    assert (result.status == Status.CONVERGED).all()
+    assert float(result.residual.max()) <= 1e-12 * result.attrs["characteristic_length"]
+
+
+@pytest.mark.parametrize(("name", "motion"), DEMONSTRATIONS)
+def test_positions_agree_with_a_closed_form(name: str, motion: str) -> None:
+    result = demonstrated(name, motion)
+    solver = solver_of(name)
+    driven = {d: result.position.sel(coordinate=d).values for d in solver.driven}
+    expected = FORMS[name](solver.graph.parameters, driven)
+    actuated = {str(n) for n in result.coordinate.values[result.actuated.values]}
+    assert expected.keys() >= actuated - driven.keys()
+    off = deviations(result, expected)
+    assert max(off.values()) < 1e-11, off
+
+
+@pytest.mark.parametrize(("name", "motion"), DEMONSTRATIONS)
+def test_derivatives_agree_with_differences(name: str, motion: str) -> None:
+    """Sixth-order central differences of positions, and of velocities."""
+    result = demonstrated(name, motion)
+    step = float(result.time[1] - result.time[0])
+    weights = np.array([-1, 9, -45, 0, 45, -9, 1]) / (60 * step)
+    for low, high in (("position", "velocity"), ("velocity", "acceleration")):
+        values = result[low].values
+        slope = sum(w * values[i : len(values) - 6 + i] for i, w in enumerate(weights))
+        exact = result[high].values[3:-3]
+        np.testing.assert_allclose(exact, slope, rtol=0, atol=1e-8 * max(1, np.abs(exact).max()))
+
+
+def _forward() -> list[str]:
+    return [
+        name
+        for name in ENTRIES
+        if set(mechanism_drives(name)) != set(parakin.load(name).driven)
+    ]
+
+
+def mechanism_drives(name: str) -> list[str]:
+    graph = graph_of(parakin.load(name))
+    return [c.name for c in graph.coordinates if c.actuated]
+
+
+@pytest.mark.parametrize("name", _forward())
+def test_actuators_give_the_platform_back(name: str) -> None:
+    inverse = demonstrated(name, next(iter(parakin.load(name).motions)))
+    names = tuple(mechanism_drives(name))
+    drives = inverse.sel(coordinate=list(names))
+    motion = parakin.Motion(
+        "recorded",
+        names,
+        inverse.sizes["time"],
+        lambda a, b: Samples(
+            inverse.time.values[a:b],
+            *(
+                np.ascontiguousarray(drives[q].values.T[:, a:b])
+                for q in ("position", "velocity", "acceleration")
+            ),
+        ),
+        "given",
+    )
+    forward = solver_of(name, *names).solve(motion)
+    assert (forward.status == Status.CONVERGED).all()
+    joints = [n for n in forward.coordinate.values if not str(n).endswith(".cone")]
+    for quantity, bound in (("position", 1e-10), ("velocity", 1e-9), ("acceleration", 1e-8)):
+        difference = (forward[quantity] - inverse[quantity]).sel(coordinate=joints)
+        size = max(1.0, float(np.abs(inverse[quantity]).max()))
+        assert float(np.abs(difference).max()) < bound * size
+
+
+@pytest.mark.parametrize("name", MOBILITY)
+def test_mobility(name: str) -> None:
+    graph = graph_of(parakin.load(name))
+    found = mobility(graph, assembled(graph), len(graph.mechanism.driven))
+    grubler, true = MOBILITY[name]
+    assert (found.grubler, found.home, set(found.nearby)) == (grubler, true, {true})
+    assert found.wanted == true
+
+
+def test_published_values_of_nortons_examples() -> None:
+    """Design of Machinery, examples 4-1 (open: 20.298 and 57.325 deg) and 4-2 (126.84 mm)."""
+    home = solver_of("four-bar").home
+    assert round(float(np.degrees(home["A"] + home["B"])), 3) == 20.298
+    assert round(float(np.degrees(home["D"])), 3) == 57.325
+    home = solver_of("slider-crank").home
+    assert round(1e3 * home["D"], 2) == 126.84
+    assert round(float(np.degrees(home["A"] + home["B"])) + 180, 2) == 152.91
+
+
+@pytest.mark.parametrize("alpha", ["75 deg", "60 deg", "105 deg"])
+def test_bricard_of_other_twists(alpha: str) -> None:
+    mechanism = parakin.load("bricard", {"alpha": alpha})
+    solver = parakin.compile(mechanism, coordinates="all", machine_code=False)
+    result = solver.solve("fold")
+    assert (result.status == Status.CONVERGED).all()
+    driven = {"A": result.position.sel(coordinate="A").values}
+    off = deviations(result, FORMS["bricard"](solver.graph.parameters, driven))
+    assert max(off.values()) < 1e-11, off
+
+
+@pytest.mark.parametrize("name", ["bennett", "bricard"])
+def test_overconstrained_loops_with_one_twist_changed_are_rigid(name: str) -> None:
+    mechanism = parakin.load(name)
+    joints = [
+        j.model_copy(update={"on_parent": j.on_parent.model_copy(update={"turns": (("x", 0.6),)})})
+        if j.name == "B"
+        else j
+        for j in mechanism.joints
+    ]
+    changed = mechanism.model_copy(update={"joints": tuple(joints)})
+    with pytest.raises((parakin.AssemblyError, parakin.DrivenError)):
+        parakin.compile(changed)
