@@ -191,15 +191,22 @@ def _closed_form(circuits: Circuits, block: Block, angles: _Angles, quality: lis
 
     The sign that tells the two roots apart is that of the row's derivative at home.
     """
-    (k,), (row,) = block.unknowns, block.rows
+    (k,) = block.unknowns
+    row = block.rows[0]
     functions = angles.functions
     # Coordinates still to come cannot matter (the plan has made sure); zeros make short code.
     later = {n: Turn(0.0, 1.0, 0.0) for path in circuits.path.values() for n in path}
     base = circuits.varied({n: t for n, t in later.items() if n not in circuits.turns})
 
-    def row_at(t: Turn) -> Scalar:
+    def row_at(t: Turn, row: Row = row) -> Scalar:
         there = base.varied({k: t})
         return closure.value(there, row, closure.ends(there, row.cut))
+
+    def linear(row: Row) -> tuple[Scalar, Scalar, Scalar]:
+        """a, b and c of a row's value a cos + b sin + c."""
+        ahead, behind = row_at(Turn(0.0, 1.0, 0.0), row), row_at(Turn(0.0, -1.0, 0.0), row)
+        a, c = mul(0.5, sub(ahead, behind)), mul(0.5, add(ahead, behind))
+        return a, sub(row_at(Turn(0.0, 0.0, 1.0), row), c), c
 
     if block.form in ("linear", "quadratic"):
         rest = base.varied({k: slide(0.0)})
@@ -217,17 +224,26 @@ def _closed_form(circuits: Circuits, block: Block, angles: _Angles, quality: lis
             aside = sub(dot(u, u), mul(b, b))  # the square of the centre's distance from the slide
             quality.append(reach / add(reach, aside))
         return
-    ahead = row_at(Turn(0.0, 1.0, 0.0))
-    across = row_at(Turn(0.0, 0.0, 1.0))
+    if block.form == "turn by two":
+        (a, b, c), (d, e, f) = (linear(row) for row in block.rows)
+        across = sub(mul(a, e), mul(b, d))
+        cosine, sine = sub(mul(b, f), mul(c, e)), sub(mul(c, d), mul(a, f))
+        # Both are over `across`, whose sign has to be kept when they are brought to length one.
+        size = add(mul(cosine, cosine), mul(sine, sine))
+        scale = functions.copysign(1.0 / functions.sqrt(size), across)
+        cosine, sine = mul(scale, cosine), mul(scale, sine)
+        lengths = mul(add(mul(a, a), mul(b, b)), add(mul(d, d), mul(e, e)))
+        quality.append(mul(across, across) / lengths)
+        angles.found[k] = (sine, cosine)
+        circuits.turns[k] = Turn(None, cosine, sine)
+        return
     if block.form == "turn":  # a cos + b sin = 0
-        a, b = ahead, across
+        a, b = row_at(Turn(0.0, 1.0, 0.0)), row_at(Turn(0.0, 0.0, 1.0))
         size = add(mul(a, a), mul(b, b))
         scale = block.sign / functions.sqrt(size)
         cosine, sine = mul(b, scale), -mul(a, scale)
     else:  # a cos + b sin + c = 0
-        behind = row_at(Turn(0.0, -1.0, 0.0))
-        a, c = mul(0.5, sub(ahead, behind)), mul(0.5, add(ahead, behind))
-        b = sub(across, c)
+        a, b, c = linear(row)
         size = add(mul(a, a), mul(b, b))
         reach = sub(size, mul(c, c))
         root = mul(block.sign, functions.sqrt(reach))
@@ -333,7 +349,12 @@ def _substituted(
             for k, slope in columns.items():
                 side = add(side, mul(slope, found[k]))
             sides.append(side)
-        solved = solve(system.own, [sides], functions)
+        matrix: Sequence[Sequence[Scalar]] = system.own
+        if len(matrix) > len(block.unknowns):  # more rows than unknowns: by least squares
+            columns_of = list(zip(*matrix, strict=True))
+            sides = [_inner(column, sides) for column in columns_of]
+            matrix = [[_inner(a, b) for b in columns_of] for a in columns_of]
+        solved = solve(matrix, [sides], functions)
         found |= {
             k: sub(0.0, value) for k, value in zip(block.unknowns, solved.solutions[0], strict=True)
         }
@@ -341,6 +362,13 @@ def _substituted(
             figure = mul(block.sign / block.lever, solved.conditioning)
             figures.append(_signed_square(figure, functions))
     return found, figures
+
+
+def _inner(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
+    total: Scalar = 0.0
+    for x, y in zip(a, b, strict=True):
+        total = add(total, mul(x, y))
+    return total
 
 
 def _output(

@@ -39,6 +39,10 @@ def _name(name: str) -> str:
     return name
 
 
+def _mechanism_name(name: str) -> str:
+    return name if re.fullmatch(r"\d[A-Za-z0-9_ '-]{0,63}", name) else _name(name)  # 3-rrr
+
+
 def _parameter(name: str) -> str:
     if not (is_parameter_name(name) and re.fullmatch(r"[A-Za-z]\w{0,63}", name, re.ASCII)):
         raise ValueError(
@@ -49,6 +53,7 @@ def _parameter(name: str) -> str:
 
 
 Name = Annotated[str, AfterValidator(_name)]
+MechanismName = Annotated[str, AfterValidator(_mechanism_name)]
 ParameterName = Annotated[str, AfterValidator(_parameter)]
 Kind = Literal[
     "revolute",
@@ -133,7 +138,7 @@ class Mechanism(Table):
 
     unsaid = frozenset({"origin"})
 
-    name: Name
+    name: MechanismName
     title: str = ""
     source: str = ""
     notes: str = ""

@@ -38,6 +38,7 @@ from parakin.plan import Affine, Block, Form, Plan
 from parakin.recursion import Turn
 
 _ZERO = 1e-9  # a derivative this small, in scaled units, is none
+_CROSSING = 0.3  # sine of the angle at which two rows cross well enough to be solved together
 _SPREAD = 0.7  # how far coordinates are thrown to see what a row does not depend on
 
 
@@ -455,6 +456,11 @@ def _refined(
                     best = (*key, block)
         if best is not None:
             block = best[4]
+            if block.form == "turn with constant":
+                (k,) = block.unknowns
+                block = _by_two(
+                    graph, block, [r for r, n in dependence.items() if n - solved == {k}], at
+                )
             singles -= set(block.unknowns)
         else:
             ready = [
@@ -484,7 +490,7 @@ def _quality(
     angle = graph.coordinates[k].angle
     if _pitch(graph, k):
         return 0.0, Block((k,), (row,))  # neither its angle nor its advance alone: iterate
-    arms = [_arm(graph, row, k, at) for at in samples]
+    arms = [_arm(graph, row, k, at)[:3] for at in samples]
     worst = min(slope / size if size else 0.0 for slope, size, _ in arms)
     constant = max(constant / size if size else np.inf for _, size, constant in arms)
     lever, shortest = arms[-1][1], min(size for _, size, _ in arms)
@@ -504,23 +510,50 @@ def _pitch(graph: Graph, k: int) -> float:
     return joint.pairs[k - joint.first].pitch
 
 
-def _arm(graph: Graph, row: Row, k: int, at: Configuration) -> tuple[float, float, float]:
-    """A row's slope in one coordinate, the most it could be, and (of an angle) its mean value."""
+def _by_two(
+    graph: Graph, block: Block, rows: Sequence[Row], samples: Sequence[Configuration]
+) -> Block:
+    """An angle from two rows instead of one, where an overconstrained loop has two to give.
+
+    Each row is linear in its cosine and sine and leaves two roots, that meet where its slope
+    vanishes; two rows that cross well have but one.
+    """
+    (k,) = block.unknowns
+    slopes = np.array([[_arm(graph, row, k, at)[3] for row in rows] for at in samples])
+    sizes = np.linalg.norm(slopes, axis=2, keepdims=True)
+    slopes = slopes / np.where(sizes > 1e-3 * graph.length, sizes, np.inf)
+    a, b = slopes[..., 0], slopes[..., 1]
+    across = np.abs(a[:, :, None] * b[:, None, :] - b[:, :, None] * a[:, None, :]).min(axis=0)
+    i, j = (int(n) for n in np.unravel_index(int(np.argmax(across)), across.shape))
+    if across[i, j] < _CROSSING:
+        return block
+    return Block((k,), (rows[i], rows[j]), "turn by two")
+
+
+def _arm(
+    graph: Graph, row: Row, k: int, at: Configuration
+) -> tuple[float, float, float, tuple[float, float]]:
+    """A row's slope in one coordinate, the most it could be, and, of an angle, its mean value and
+    what it owes to cosine and sine.
+    """
     end = at.ends[row.cut]
     side = closure.loop(at.circuits, row.cut)[k]
     slope = abs(float(closure.derivative(at.circuits, row, end, k, side)))
     if not graph.coordinates[k].angle:
         u = closure.direction(at.circuits, row, end) if row.kind != "align" else (1.0, 0.0, 0.0)
-        return slope, float(np.linalg.norm(np.array(u, dtype=float))), 0.0
+        return slope, float(np.linalg.norm(np.array(u, dtype=float))), 0.0, (0.0, 0.0)
     values = []
-    for cosine, sine in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)):
-        there = at.circuits.varied({k: Turn(0.0, cosine, sine)})
+    for c, s in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)):
+        there = at.circuits.varied({k: Turn(0.0, c, s)})
         values.append(float(closure.value(there, row, closure.ends(there, row.cut))))
     mean = (values[0] + values[2]) / 2
-    return slope, float(np.hypot(values[0] - mean, values[1] - mean)), abs(mean)
+    cosine, sine = values[0] - mean, values[1] - mean
+    return slope, float(np.hypot(cosine, sine)), abs(mean), (cosine, sine)
 
 
 def _signed(graph: Graph, tree: Tree, block: Block, home: Configuration) -> Block:
+    if block.form == "turn by two":
+        return block
     signs = loop_signs(graph, tree)
     matrix = np.array(
         [

@@ -19,12 +19,14 @@ class Affine:
     factors: tuple[tuple[int, float], ...]
 
 
-Form = Literal["linear", "quadratic", "turn", "turn with constant", "newton"]
+Form = Literal["linear", "quadratic", "turn", "turn with constant", "turn by two", "newton"]
 
 
 @dataclass(frozen=True)
 class Block:
     """Unknowns and as many rows, to be solved together once the blocks before are.
+
+    (An angle may have two rows, in an overconstrained loop: together they have one root.)
 
     `form` says how (a single unknown has a closed form); `sign` is that of the determinant at
     home, which tells this branch from the other; `needs` are the unknowns of earlier blocks that
