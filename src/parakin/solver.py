@@ -119,6 +119,7 @@ class Solver:
         ydd: ArrayLike | None = None,
         guess: FloatArray | None = None,
         *,
+        within: float | None = None,
         parallel: bool = False,
     ) -> Tick:
         """One pose, or a batch of unrelated ones.
@@ -126,7 +127,9 @@ class Solver:
         y, yd, ydd: driven positions, velocities, accelerations, (k,) or (k, n), SI; rates are
         zero where not given. guess: positions as an earlier `Tick` gave them, rows
         `coordinates`; angles come out within half a turn of it, and coordinates that are
-        iterated start from it (from home without it, in small steps). parallel: use all cores.
+        iterated start from it (from home without it, in small steps). within: how far from the
+        guess an iterated coordinate may come out [m or rad]; what lies further off is flagged as
+        a branch change. parallel: use all cores.
         Samples that fail have a status other than CONVERGED and NaN throughout. Derivatives that
         the solver was not compiled for come as arrays of no rows.
         Raises InputError on arrays of the wrong shape.
@@ -147,15 +150,19 @@ class Solver:
         acceleration = out[2 * n : 3 * n] if orders > 1 else out[:0]
         if not self._outputs.checks:
             return self._unchecked(position, velocity, acceleration)
+        far = np.zeros(out.shape[1:], dtype=bool)
+        if within is not None and guess is not None and self._iterated:
+            found = self._layout.found[0]
+            far = ~(np.abs(out[found] - np.asarray(guess)[found]).max(axis=0) <= within)
         if out.ndim == 1:
             residual, conditioning = float(out[checks]), float(out[checks + 1])
-            if residual <= self._layout.tolerance and conditioning >= SINGULAR:
+            if residual <= self._layout.tolerance and conditioning >= SINGULAR and not far:
                 return Tick(position, velocity, acceleration, 0, residual, conditioning)
-            verdict = int(classify(out[:, None], self._layout)[0])
-            if verdict:
-                out[:checks] = np.nan
-            return Tick(position, velocity, acceleration, verdict, residual, conditioning)
+            verdict = int(classify(out[:, None], self._layout)[0]) or int(Status.BRANCH_CHANGE)
+            out[:checks] = np.nan
+            return Tick(position, velocity, acceleration, verdict, residual, float(out[checks + 1]))
         status = classify(out, self._layout)
+        status[(status == Status.CONVERGED) & far] = Status.BRANCH_CHANGE
         if status.any():
             out[:checks, status > 0] = np.nan
         return Tick(position, velocity, acceleration, status, out[checks], out[checks + 1])
