@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 Array = NDArray[Any]
 Named = Mapping[str, Any]
@@ -101,7 +102,7 @@ def stephenson(p: Named, y: Named) -> dict[str, Array]:
     coupler, rocker = (C - B) / p["coupler"], (C - p["ground"]) / p["rocker"]
     E = B + coupler * (p["x_E"] + 1j * p["y_E"])
     F = p["x_F"] + 1j * p["y_F"] + 0 * B
-    return _dyad(p, y, coupler, rocker, E, F, 0.0, 1)
+    return _dyad(p, y, coupler, rocker, E, F, 0.0, -1)
 
 
 def _dyad(
@@ -125,7 +126,7 @@ def rssr(p: Named, y: Named) -> dict[str, Array]:
     u, v = np.array([1, 0, 0]), np.array([0, np.cos(p["gamma"]), np.sin(p["gamma"])])
     w = np.array([p["x_D"], p["y_D"], p["z_D"]])[:, None] - tip
     c = (p["rod"] ** 2 - p["rocker"] ** 2 - (w**2).sum(0)) / (2 * p["rocker"])
-    return {"D": cosine_sine(u @ w, v @ w, c, -1)}
+    return {"D": cosine_sine(u @ w, v @ w, c, 1)}
 
 
 @form("bennett")
@@ -148,3 +149,79 @@ def bricard(p: Named, y: Named) -> dict[str, Array]:
         1,
     )
     return {"B": other, "C": A, "D": other, "E": A, "F": other}
+
+
+# Platforms: position p (n, 3) and orientation R (n, 3, 3) of each sample.
+
+
+def pose(y: Named, angles: str = "XYZ") -> tuple[Array, Array]:
+    """Roll, pitch and yaw are turns about x, y and z; `angles` says in which order."""
+    some = np.asarray(next(iter(y.values())))
+    rows = {name: np.broadcast_to(y.get(f"platform.{name}", 0.0), some.shape) for name in "xyz"}
+    names = {"X": "roll", "Y": "pitch", "Z": "yaw"}
+    turns = [np.broadcast_to(y.get(f"platform.{names[a]}", 0.0), some.shape) for a in angles]
+    rotation = Rotation.from_euler(angles, np.stack(turns, axis=1)).as_matrix()
+    return np.stack([rows[name] for name in "xyz"], axis=1), rotation
+
+
+def around(radius: float, angle: float, z: float = 0.0) -> Array:
+    return np.array([radius * np.cos(angle), radius * np.sin(angle), z])
+
+
+def limbs(p: Named, count: int, *names: str) -> list[tuple[str, list[float]]]:
+    """Each limb's number, as text, and its values of `names`."""
+    return [(str(i), [p[f"{n}_{i}"] for n in names]) for i in range(1, count + 1)]
+
+
+@form("3-rrr")
+def planar_3rrr(p: Named, y: Named) -> dict[str, Array]:
+    """The law of cosines in each arm."""
+    found = {}
+    centre = y["platform.x"] + 1j * y["platform.y"]
+    for i, (angle,) in limbs(p, 3, "angle"):
+        reach = centre + p["r_platform"] * cis(angle + y["platform.yaw"]) - p["r_base"] * cis(angle)
+        r = np.abs(reach)
+        cosine = (p["proximal"] ** 2 + r**2 - p["distal"] ** 2) / (2 * p["proximal"] * r)
+        motor = np.angle(reach) - np.arccos(cosine)
+        distal = np.angle(reach - p["proximal"] * cis(motor))
+        found[f"A{i}"], found[f"B{i}"] = motor, distal - motor
+        found[f"C{i}"] = y["platform.yaw"] - distal
+    return found
+
+
+@form("3-rpr")
+def planar_3rpr(p: Named, y: Named) -> dict[str, Array]:
+    found = {}
+    centre = y["platform.x"] + 1j * y["platform.y"]
+    for i, (angle,) in limbs(p, 3, "angle"):
+        top = p["r_platform"] * cis(angle + p["twist"] + y["platform.yaw"])
+        leg = centre + top - p["r_base"] * cis(angle)
+        found[f"P{i}"], found[f"A{i}"] = np.abs(leg), np.angle(leg)
+        found[f"B{i}"] = y["platform.yaw"] - np.angle(leg)
+    return found
+
+
+@form("agile-eye")
+def agile_eye(p: Named, y: Named) -> dict[str, Array]:
+    """The middle axis of a leg is normal to its motor's axis u and its platform's axis v."""
+    _, R = pose(y)
+    found = {}
+    e = np.eye(3)
+    for i in range(3):
+        u, start, v = -e[i], e[(i + 2) % 3], R[:, :, (i + 1) % 3]
+        w = np.cross(v, u)
+        w /= np.linalg.norm(w, axis=1)[:, None]
+        found[f"A{i + 1}"] = np.arctan2(w @ np.cross(u, start), w @ start)
+        found[f"B{i + 1}"] = np.arctan2((v * np.cross(u, w)).sum(1), -v @ u)
+    return found
+
+
+@form("gough-stewart")
+def gough_stewart(p: Named, y: Named) -> dict[str, Array]:
+    """Leg lengths are distances."""
+    centre, R = pose(y)
+    found = {}
+    for i, (base, top) in limbs(p, 6, "base", "top"):
+        leg = centre + R @ around(p["r_platform"], top) - around(p["r_base"], base)
+        found[f"P{i}"] = np.linalg.norm(leg, axis=1) - p["stroke_0"]
+    return found

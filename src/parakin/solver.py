@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parakin.assembly import assembled
-from parakin.errors import DrivenError, InputError, nearest
+from parakin.assembly import CLOSED, Configuration, assembled, close
+from parakin.errors import AssemblyError, DrivenError, InputError, nearest
 from parakin.expressions import Value
 from parakin.files import load, load_motion
 from parakin.graph import Graph, graph_of
@@ -394,6 +394,7 @@ def compile(
     derivatives: int = 2,
     checks: bool = True,
     cut: Sequence[str] = (),
+    near: Mapping[str, float] | None = None,
     machine_code: bool | None = None,
     parameters: Mapping[str, Value] | None = None,
 ) -> Solver:
@@ -407,6 +408,8 @@ def compile(
     checks: False leaves out residual and conditioning; only NaN is then flagged.
     cut: joints to leave out of the spanning tree that is solved; by default those that make the
     smallest systems. It changes the speed and not the result.
+    near: coordinates of another assembly, as a `Branch` has them: the solver's home is the closed
+    configuration nearest to it, and its branch the one followed.
     machine_code: False runs on NumPy arrays; None takes machine code where heyoka is installed.
     parameters: overrides by name.
     Raises InputError, AssemblyError, DrivenError.
@@ -426,13 +429,31 @@ def compile(
     for name in cut:
         if name not in joints:
             raise InputError("cut", f"unknown joint {name!r}", nearest(name, joints))
-    plan = plan_of(graph, numbers, assembled(graph), [joints.index(name) for name in cut])
+    home = assembled(graph)
+    if near is not None:
+        home = _near(graph, home, numbers, near)
+    plan = plan_of(graph, numbers, home, [joints.index(name) for name in cut])
     chosen = list(_chosen(graph, coordinates))
     if derivatives or checks:
         chosen += [k for k in newton_unknowns(plan) if k not in chosen]
     outputs = Outputs(tuple(chosen), derivatives, checks)
     code = has_machine_code() if machine_code is None else machine_code
     return Solver(graph, plan, outputs, machine_code=code)
+
+
+def _near(
+    graph: Graph, home: Configuration, driven: Sequence[int], near: Mapping[str, float]
+) -> Configuration:
+    """The closed configuration nearest to given coordinates. Raises AssemblyError."""
+    start = home.q.copy()
+    for name, value in near.items():
+        k = graph.index(name, "near")
+        start[k] = value + (home.q[k] if k in graph.from_home else 0.0)
+    tree = graph.tree(first={graph.coordinates[k].joint for k in driven})
+    at, norm = close(graph, tree, start, held=driven)
+    if norm > CLOSED:
+        raise AssemblyError(f"{graph.mechanism.where}: no closed configuration near the one given")
+    return at
 
 
 def _chosen(graph: Graph, coordinates: Sequence[str] | str | None) -> list[int | str]:

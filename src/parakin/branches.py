@@ -1,0 +1,169 @@
+"""Branches: the real assemblies of a mechanism for given driven values.
+
+A search, not a proof: many random starts and all combinations of signs of the closed forms' roots,
+in one batch. With the platform driven its answers are the working modes, with the actuators driven
+the assembly modes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from parakin.assembly import FloatArray
+from parakin.graph import Graph
+from parakin.kernel import Outputs, newton_unknowns
+from parakin.machine import make_kernel, output_count
+from parakin.plan import Plan
+
+_STEPS = 40
+_SAME = 1e-6  # what two findings may differ by, in radians and characteristic lengths
+_CLOSED = 1e-10
+
+
+@dataclass(frozen=True)
+class Branch:
+    """One assembly: its name ("home" for that of home), all coordinates, the conditioning, how
+    often it was found, in how many ways passive joints may stand, and the limits it breaks."""
+
+    name: str
+    coordinates: Mapping[str, float]
+    conditioning: float
+    found: int
+    variants: int
+    beyond: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Search:
+    """What `branches` found: the branches, nearest home first, the names of the coordinates that
+    tell them apart, how many starts closed, and the Good-Turing estimate of how likely one more
+    start that closes would find something new."""
+
+    branches: tuple[Branch, ...]
+    told_by: tuple[str, ...]
+    starts: int
+    closed: int
+    unseen: float
+
+
+def branches(
+    plan: Plan, values: Mapping[str, float] | None = None, starts: int = 8192, seed: int = 0
+) -> Search:
+    """Search for assemblies.
+
+    values: of driven coordinates, as they are counted; home's where not given. Told apart by
+    actuated and platform coordinates that are not driven, or by all where there are none.
+    """
+    graph, n = plan.graph, starts
+    rng = np.random.default_rng(seed)
+    loose = replace(
+        plan,
+        blocks=tuple(
+            block
+            if block.form in ("newton", "linear", "turn by two")
+            else replace(block, sign=rng.choice([-1.0, 1.0], n))  # type: ignore[arg-type]
+            for block in plan.blocks
+        ),
+    )
+    outputs = Outputs(tuple(range(len(graph.coordinates))), derivatives=0)
+    kernel = make_kernel(loose, outputs, machine_code=False, steps=_STEPS)
+    home = np.array([plan.home[k] - plan.offset(k) for k in range(len(graph.coordinates))])
+    scales = np.array([1.0 if c.angle else graph.length for c in graph.coordinates])
+    driven = np.array(
+        [(values or {}).get(graph.coordinates[k].name, home[k]) for k in plan.driven]
+    )
+    iterated = newton_unknowns(plan)
+    spread = np.array([np.pi if graph.coordinates[k].angle else graph.length for k in iterated])
+    guess = home[iterated, None] + spread[:, None] * rng.uniform(-1, 1, (len(iterated), n))
+    if len(iterated):
+        guess[:, 0] = home[iterated]
+    out = np.empty((output_count(outputs), n))
+    kernel(np.concatenate([np.repeat(driven[:, None], n, axis=1), guess]), out, False)
+    q, residual, conditioning = out[: len(home)], out[len(home)], out[len(home) + 1]
+    closed = np.flatnonzero(residual <= _CLOSED * graph.length)
+    told_by = _telling(graph, plan)
+    groups = _groups(graph, q[:, closed], told_by, scales)
+    found: list[tuple[float, Branch]] = []
+    everything = list(range(len(home)))
+    for members in groups:
+        those = closed[members]
+        at = q[:, those]
+        away = np.linalg.norm(_wrapped(graph, (at - home[:, None]).T).T / scales[:, None], axis=0)
+        nearest = int(np.argmin(away))
+        position = home + _wrapped(graph, at[:, nearest] - home)
+        named = {c.name: float(position[k]) for k, c in enumerate(graph.coordinates)}
+        found.append(
+            (
+                float(away[nearest]),
+                Branch(
+                    "",
+                    named,
+                    float(abs(conditioning[those[nearest]])),
+                    len(those),
+                    len(_groups(graph, at, everything, scales)),
+                    _beyond(graph, position),
+                ),
+            )
+        )
+    found.sort(key=lambda pair: pair[0])
+    named_branches = tuple(
+        replace(branch, name="home" if distance < 1e-4 else str(number))
+        for number, (distance, branch) in enumerate(found, start=1)
+    )
+    once = sum(1 for branch in named_branches if branch.found == 1)
+    return Search(
+        named_branches,
+        tuple(graph.coordinates[k].name for k in told_by),
+        n,
+        len(closed),
+        once / len(closed) if len(closed) else 1.0,
+    )
+
+
+def _telling(graph: Graph, plan: Plan) -> list[int]:
+    told = [k for k, c in enumerate(graph.coordinates) if c.actuated]
+    if graph.platform is not None:
+        told += graph.joints[graph.platform].coordinates
+    told = [k for k in told if k not in plan.affine]
+    return told or [k for k in range(len(graph.coordinates)) if k not in plan.affine]
+
+
+def _wrapped(graph: Graph, difference: FloatArray) -> FloatArray:
+    """Differences of angles within half a turn; coordinates along the last axis."""
+    angle = np.array([c.angle for c in graph.coordinates])
+    turned: FloatArray = np.where(
+        angle, difference - 2 * np.pi * np.round(difference / (2 * np.pi)), difference
+    )
+    return turned
+
+
+def _groups(graph: Graph, q: FloatArray, by: list[int], scales: FloatArray) -> list[list[int]]:
+    """Columns of q that agree in the coordinates `by`, angles modulo a turn."""
+    features = [
+        row
+        for k in by
+        for row in (
+            (np.cos(q[k]), np.sin(q[k])) if graph.coordinates[k].angle else (q[k] / scales[k],)
+        )
+    ]
+    if not q.shape[1]:
+        return []
+    points = np.array(features).T
+    left = np.arange(len(points))
+    groups: list[list[int]] = []
+    while len(left):
+        same = np.abs(points[left] - points[left[0]]).max(axis=1) < _SAME
+        groups.append(left[same].tolist())
+        left = left[~same]
+    return groups
+
+
+def _beyond(graph: Graph, q: FloatArray) -> tuple[str, ...]:
+    return tuple(
+        c.name
+        for k, c in enumerate(graph.coordinates)
+        if not c.limits[0] <= q[k] <= c.limits[1]
+    )
