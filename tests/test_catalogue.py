@@ -91,9 +91,7 @@ def test_derivatives_agree_with_differences(name: str, motion: str) -> None:
 
 def _forward() -> list[str]:
     return [
-        name
-        for name in ENTRIES
-        if set(mechanism_drives(name)) != set(parakin.load(name).driven)
+        name for name in ENTRIES if set(mechanism_drives(name)) != set(parakin.load(name).driven)
     ]
 
 

@@ -161,6 +161,14 @@ def test_windows_of_a_followed_motion_join_up(compiled: Compiled) -> None:
     xr.testing.assert_allclose(joined, whole, atol=1e-12)
 
 
+def test_orientations_go_on_from_window_to_window(compiled: Compiled) -> None:
+    solver = compiled()
+    whole = solver.solve("general", bodies=["rod"])
+    windows = list(solver.stream(solver.motion("general"), 700, bodies=["rod"]))
+    joined = np.concatenate([window.body_orientation.values for window in windows])
+    np.testing.assert_allclose(joined, whole.body_orientation, rtol=0, atol=1e-14)
+
+
 def test_coarse_samples_are_followed_to_the_same_poses(compiled: Compiled) -> None:
     solver = compiled("A2", "B3", "C3")
     inverse = compiled().solve("general")

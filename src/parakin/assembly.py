@@ -164,6 +164,13 @@ def close(
 
     Returns the configuration reached and the norm of its scaled gaps, closed or not.
     """
+    with np.errstate(all="ignore"):  # dimensions beyond reason come out as not closed
+        return _closed(graph, tree, start, held, steps)
+
+
+def _closed(
+    graph: Graph, tree: Tree, start: FloatArray, held: Sequence[int], steps: int
+) -> tuple[Configuration, float]:
     signs = loop_signs(graph, tree)
     scales = coordinate_scales(graph)
     free = [n for k, _ in tree.steps for n in graph.joints[k].coordinates if n not in set(held)]

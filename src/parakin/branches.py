@@ -26,7 +26,8 @@ _CLOSED = 1e-10
 @dataclass(frozen=True)
 class Branch:
     """One assembly: its name ("home" for that of home), all coordinates, the conditioning, how
-    often it was found, in how many ways passive joints may stand, and the limits it breaks."""
+    often it was found, in how many ways passive joints may stand, and the limits it breaks.
+    """
 
     name: str
     coordinates: Mapping[str, float]
@@ -40,7 +41,8 @@ class Branch:
 class Search:
     """What `branches` found: the branches, nearest home first, the names of the coordinates that
     tell them apart, how many starts closed, and the Good-Turing estimate of how likely one more
-    start that closes would find something new."""
+    start that closes would find something new.
+    """
 
     branches: tuple[Branch, ...]
     told_by: tuple[str, ...]
@@ -72,9 +74,7 @@ def branches(
     kernel = make_kernel(loose, outputs, machine_code=False, steps=_STEPS)
     home = np.array([plan.home[k] - plan.offset(k) for k in range(len(graph.coordinates))])
     scales = np.array([1.0 if c.angle else graph.length for c in graph.coordinates])
-    driven = np.array(
-        [(values or {}).get(graph.coordinates[k].name, home[k]) for k in plan.driven]
-    )
+    driven = np.array([(values or {}).get(graph.coordinates[k].name, home[k]) for k in plan.driven])
     iterated = newton_unknowns(plan)
     spread = np.array([np.pi if graph.coordinates[k].angle else graph.length for k in iterated])
     guess = home[iterated, None] + spread[:, None] * rng.uniform(-1, 1, (len(iterated), n))
@@ -91,8 +91,9 @@ def branches(
     for members in groups:
         those = closed[members]
         at = q[:, those]
-        away = np.linalg.norm(_wrapped(graph, (at - home[:, None]).T).T / scales[:, None], axis=0)
-        nearest = int(np.argmin(away))
+        steps = _wrapped(graph, (at - home[:, None]).T).T / scales[:, None]
+        nearest = int(np.argmin(np.linalg.norm(steps, axis=0)))
+        away = np.linalg.norm(steps[told_by], axis=0)
         position = home + _wrapped(graph, at[:, nearest] - home)
         named = {c.name: float(position[k]) for k, c in enumerate(graph.coordinates)}
         found.append(
@@ -163,7 +164,5 @@ def _groups(graph: Graph, q: FloatArray, by: list[int], scales: FloatArray) -> l
 
 def _beyond(graph: Graph, q: FloatArray) -> tuple[str, ...]:
     return tuple(
-        c.name
-        for k, c in enumerate(graph.coordinates)
-        if not c.limits[0] <= q[k] <= c.limits[1]
+        c.name for k, c in enumerate(graph.coordinates) if not c.limits[0] <= q[k] <= c.limits[1]
     )

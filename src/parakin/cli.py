@@ -191,7 +191,7 @@ def _check(options: argparse.Namespace) -> int:
     mechanism = load(options.mechanism, _parameters(options.set))
     if options.expand:
         with _stdout_told():
-            sys.stdout.write(expanded(options.mechanism))
+            sys.stdout.write(expanded(options.mechanism, _parameters(options.set)))
         return 0
     graph = graph_of(mechanism)
     home = assembled(graph)

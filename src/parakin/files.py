@@ -51,15 +51,18 @@ def load(mechanism: str | Path, parameters: Mapping[str, Value] | None = None) -
     return made.with_parameters(parameters) if parameters else made
 
 
-def expanded(mechanism: str | Path) -> str:
-    """A mechanism's file with variants and repeated limbs written out, as TOML.
+def expanded(mechanism: str | Path, parameters: Mapping[str, Value] | None = None) -> str:
+    """A mechanism's file with variants, repeated limbs and overrides written out, as TOML.
 
     Raises InputError.
     """
     import tomli_w
 
     table, origin = _tables(mechanism)
-    return tomli_w.dumps(spelt_out(table, origin))
+    table = spelt_out(table, origin)
+    if parameters:
+        table["parameters"] = {**table.get("parameters", {}), **parameters}
+    return tomli_w.dumps(table)
 
 
 def _tables(mechanism: str | Path) -> tuple[dict[str, Any], str]:

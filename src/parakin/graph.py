@@ -364,8 +364,9 @@ def _with_values(
         if not low < high:
             raise InputError(place, f"[{low:g}, {high:g}]", "a lower limit below the upper one")
         limits[name] = (low, high)
-    for name in (*mechanism.driven, *mechanism.from_home):
-        checked(name, f"{mechanism.where}: driven or from_home", numbers)
+    for key in ("driven", "from_home"):
+        for name in getattr(mechanism, key):
+            checked(name, f"{mechanism.where}: {key}", numbers)
     free = (-math.inf, math.inf)
     reach = [math.hypot(*place.p) for j in joints for place in (j.F, j.M)]
     return Graph(

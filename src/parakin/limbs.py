@@ -46,17 +46,22 @@ def spelt_out(table: Mapping[str, Any], origin: str) -> dict[str, Any]:
         if not 1 <= limb.count <= MAX_LIMBS:
             raise InputError(f"{place}.count", str(limb.count), f"1 to {MAX_LIMBS}")
         for key, values in limb.each.items():
-            if len(values) != limb.count or not key.isidentifier():
+            if not key.isidentifier():
+                raise InputError(
+                    f"{place}.each", f"the name {key!r}", "a name that expressions can use"
+                )
+            if len(values) != limb.count:
                 raise InputError(
                     f"{place}.each.{key}", f"{len(values)} values", f"a list of {limb.count}"
                 )
         for number in range(1, limb.count + 1):
-            _add(result, limb, number, place)
+            _add(result, limb, str(name), number, place)
     return result
 
 
-def _add(result: dict[str, Any], limb: _Limb, number: int, place: str) -> None:
-    own = {key: f"{key}_{number}" for key in limb.each}
+def _add(result: dict[str, Any], limb: _Limb, name: str, number: int, place: str) -> None:
+    stem = re.sub(r"\W", "_", name, flags=re.ASCII)
+    own = {key: f"{stem}{number}_{key}" for key in limb.each}
     values = {
         own[key]: _numbered(values[number - 1], number, own) for key, values in limb.each.items()
     }
@@ -69,8 +74,10 @@ def _merge(result: dict[str, Any], key: str, more: Mapping[str, Any], place: str
     if not more:
         return
     known = result.get(key, {})
+    if not isinstance(known, Mapping):
+        raise InputError(f"{place.partition(': ')[0]}: {key}", repr(known)[:80], "a table")
     for name in more:
-        if isinstance(known, Mapping) and name in known:
+        if name in known:
             raise InputError(f"{place}: {key}", f"{name!r} twice", "names with {i} in them")
     result[key] = {**known, **more}
 

@@ -73,6 +73,8 @@ def _arrays(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
 def _machine_code(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
     import heyoka as hy
 
+    hy.set_logger_level_error()  # its warnings (of a cache it cannot write) go to stdout
+
     def constant(a: Scalar) -> Scalar:
         return hy.expression(float(a)) if isinstance(a, (int, float)) else a
 

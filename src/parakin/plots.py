@@ -73,7 +73,7 @@ def histories(
             )
             column[-1].set_xlabel("time  $t$ [s]")
         if title:
-            figure.suptitle(title, fontsize=10)
+            figure.suptitle(title, fontsize=10, parse_math=False)
     return figure
 
 
@@ -119,5 +119,9 @@ def _draw(
 def save(figure: Figure, path: Path) -> None:
     """Write a figure, PNG at 200 dots an inch, or as vectors. Raises InputError."""
     check_figure(path)
-    with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=200)
+    try:
+        with replacing(path) as temporary:
+            figure.savefig(temporary, dpi=200)
+    except ValueError as error:  # mathtext that does not parse
+        reason = " ".join(str(error).split())[:120]
+        raise InputError("symbols", reason, "symbols in mathtext, such as λ_{21}^A") from None

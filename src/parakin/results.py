@@ -29,8 +29,12 @@ def dataset(
     status: StatusArray,
     points: Sequence[str],
     figures: FloatArray | None,
+    before: xr.Dataset | None = None,
 ) -> xr.Dataset:
-    """Kernel outputs (rows, n) as a Dataset over time and coordinate (and point, axis)."""
+    """Kernel outputs (rows, n) as a Dataset over time and coordinate (and point, axis).
+
+    before: the window before this one.
+    """
     import xarray as xr
 
     graph, n = solver.graph, len(solver.coordinates)
@@ -62,7 +66,8 @@ def dataset(
         "driven": ("coordinate", [name in solver.driven for name in solver.coordinates]),
     }
     if figures is not None:
-        variables |= _bodies(figures, len(points), len(time))
+        last = None if before is None else before["body_orientation"].values[-1]
+        variables |= _bodies(figures, len(points), len(time), last)
         coordinates |= {
             "body": list(points),
             "axis": ["x", "y", "z"],
@@ -102,7 +107,7 @@ def _status_attributes() -> dict[str, Any]:
     }
 
 
-def _bodies(figures: FloatArray, points: int, n: int) -> dict[str, Any]:
+def _bodies(figures: FloatArray, points: int, n: int, last: FloatArray | None) -> dict[str, Any]:
     blocks = figures.reshape(points, 24, n)
     over = ("time", "body", "axis")
 
@@ -111,7 +116,7 @@ def _bodies(figures: FloatArray, points: int, n: int) -> dict[str, Any]:
 
     return {
         "body_position": (over, vectors(0), {"units": "m"}),
-        "body_orientation": (("time", "body", "quaternion"), _quaternions(blocks[:, 3:12])),
+        "body_orientation": (("time", "body", "quaternion"), _quaternions(blocks[:, 3:12], last)),
         "body_velocity": (over, vectors(12), {"units": "m s-1"}),
         "body_angular_velocity": (over, vectors(15), {"units": "rad s-1"}),
         "body_acceleration": (over, vectors(18), {"units": "m s-2"}),
@@ -119,8 +124,10 @@ def _bodies(figures: FloatArray, points: int, n: int) -> dict[str, Any]:
     }
 
 
-def _quaternions(rows: FloatArray) -> NDArray[np.float64]:
-    """Rotation matrices (points, 9, n) as quaternions wxyz (n, points, 4) without sign jumps."""
+def _quaternions(rows: FloatArray, last: FloatArray | None) -> NDArray[np.float64]:
+    """Rotation matrices (points, 9, n) as quaternions wxyz (n, points, 4) without sign jumps,
+    nor from the `last` ones of the window before.
+    """
     from scipy.spatial.transform import Rotation
 
     points, _, n = rows.shape
@@ -132,6 +139,8 @@ def _quaternions(rows: FloatArray) -> NDArray[np.float64]:
     turns = quaternions.reshape(n, points, 4)
     with np.errstate(invalid="ignore"):
         flips = np.where((turns[1:] * turns[:-1]).sum(axis=2) < 0, -1.0, 1.0)
-    first = np.where(turns[:1, :, 0] < 0, -1.0, 1.0)
+    with np.errstate(invalid="ignore"):
+        lead = turns[:1, :, 0] if last is None else (turns[:1] * last).sum(axis=2)
+        first = np.where(lead < 0, -1.0, 1.0)
     signs = np.cumprod(np.concatenate([first, flips]), axis=0)
     return turns * signs[:, :, None]

@@ -278,6 +278,7 @@ class Solver:
         points = self._points(bodies)
         tracker = Tracker(self._run_driven, self._layout, self._home_state())
         ending: Ending | None = None
+        last: xr.Dataset | None = None
         lost = False
         for start in range(0, motion.count, size):
             samples = motion.window(start, min(start + size, motion.count))
@@ -285,7 +286,9 @@ class Solver:
             figures = None
             if points:
                 figures = self._figures(samples, out, tuple(points.values()), parallel)
-            yield dataset(self, motion, samples.time, out, status, list(points), figures)
+            ds = dataset(self, motion, samples.time, out, status, list(points), figures, last)
+            last = ds
+            yield ds
 
     def _window(
         self,
