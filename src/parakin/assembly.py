@@ -220,8 +220,22 @@ def home_of(graph: Graph, tree: Tree) -> Configuration:
     for values in (graph.guess, graph.stated, graph.home):
         for k, value in values.items():
             start[k] = value
+    if graph.platform is not None:  # where its pose is not given, the joints' guess says it
+        through_joints = configure(graph, graph.tree(last=[graph.platform]), start)
+        for k in graph.joints[graph.platform].coordinates:
+            if k not in {**graph.guess, **graph.stated, **graph.home}:
+                start[k] = through_joints.q[k]
     in_tree = {n for k, _ in tree.steps for n in graph.joints[k].coordinates}
-    at, norm = close(graph, tree, start, held=[k for k in graph.home if k in in_tree])
+    held = [k for k in graph.home if k in in_tree]
+    at, norm = close(graph, tree, start, held)
+    rng = np.random.default_rng(0)
+    for size in (0.02, 0.1, 0.3):  # a guess may be stationary, at right angles to what is wanted
+        if norm <= CLOSED:
+            break
+        shake = size * rng.uniform(-1, 1, len(start)) * coordinate_scales(graph)
+        shake[held] = 0.0
+        other, there = close(graph, tree, start + shake, held)
+        at, norm = (other, there) if there < norm else (at, norm)
     missed = [
         (abs(at.q[k] - value), k)
         for k, value in graph.home.items()
@@ -238,7 +252,7 @@ def home_of(graph: Graph, tree: Tree) -> Configuration:
         mm, degrees, name = max(gaps, key=lambda g: g[0] / graph.length / 1e3 + math.radians(g[1]))
         raise AssemblyError(
             f"{graph.mechanism.where}: cannot be assembled from its guess; the largest gap left is "
-            f"at joint {name}: {mm:.6g} mm and {degrees:.6g} degrees"
+            f"at joint {name}: {mm:.6g} mm and {degrees:.6g} degrees (a better [guess] may help)"
         )
     at.q[np.abs(at.q) < _NOTHING] = 0.0
     for k in tree.cuts:

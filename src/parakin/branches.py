@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from parakin.assembly import FloatArray
 from parakin.graph import Graph
@@ -132,6 +133,17 @@ def _telling(graph: Graph, plan: Plan) -> list[int]:
     return told or [k for k in range(len(graph.coordinates)) if k not in plan.affine]
 
 
+def _platform_angles(graph: Graph) -> list[int]:
+    if graph.platform is None:
+        return []
+    return list(graph.joints[graph.platform].coordinates)[3:]
+
+
+def _platform_axes(graph: Graph) -> list[int]:
+    joint = graph.joints[graph.platform or 0]
+    return [pair.axis for pair in joint.pairs[3:]]
+
+
 def _wrapped(graph: Graph, difference: FloatArray) -> FloatArray:
     """Differences of angles within half a turn; coordinates along the last axis."""
     angle = np.array([c.angle for c in graph.coordinates])
@@ -143,15 +155,21 @@ def _wrapped(graph: Graph, difference: FloatArray) -> FloatArray:
 
 def _groups(graph: Graph, q: FloatArray, by: list[int], scales: FloatArray) -> list[list[int]]:
     """Columns of q that agree in the coordinates `by`, angles modulo a turn."""
+    if not q.shape[1]:
+        return []
+    turned = _platform_angles(graph)
+    whole = set(turned) <= set(by)  # three angles: one orientation has several names
     features = [
         row
         for k in by
+        if not (whole and k in turned)
         for row in (
             (np.cos(q[k]), np.sin(q[k])) if graph.coordinates[k].angle else (q[k] / scales[k],)
         )
     ]
-    if not q.shape[1]:
-        return []
+    if whole and turned:
+        axes = "".join("XYZ"[axis] for axis in _platform_axes(graph))
+        features += list(Rotation.from_euler(axes, q[turned].T).as_matrix().reshape(-1, 9).T)
     points = np.array(features).T
     left = np.arange(len(points))
     groups: list[list[int]] = []

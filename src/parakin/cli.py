@@ -71,6 +71,22 @@ def parser() -> argparse.ArgumentParser:
         "--expand", action="store_true", help="print the file, repeated limbs written out"
     )
 
+    modes = commands.add_parser("modes", help="search for the assemblies of given driven values")
+    _add_mechanism(modes)
+    modes.add_argument(
+        "--driven",
+        metavar="NAMES",
+        help="driven coordinates, by commas; the file's own if left out",
+    )
+    modes.add_argument(
+        "--at",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="a driven value other than home's: a quantity such as '20 mm'",
+    )
+    modes.add_argument("--starts", metavar="N", type=int, default=8192, help="random starts (8192)")
+
     solve = commands.add_parser("solve", help="solve a mechanism along a motion")
     _add_mechanism(solve)
     solve.add_argument("motion", metavar="MOTION", help="a motion's name, or a TOML or CSV file")
@@ -124,6 +140,8 @@ def _command(options: argparse.Namespace) -> int:
         return _list()
     if options.command == "check":
         return _check(options)
+    if options.command == "modes":
+        return _modes(options)
     return _solve(options)
 
 
@@ -171,12 +189,12 @@ def _list() -> int:
     return 0
 
 
-def _parameters(settings: Sequence[str]) -> dict[str, str]:
+def _parameters(settings: Sequence[str], option: str = "--set") -> dict[str, str]:
     found: dict[str, str] = {}
     for setting in settings:
         name, equals, value = setting.partition("=")
         if not equals or not name.strip() or not value.strip():
-            raise InputError("--set", repr(setting), "NAME=VALUE")
+            raise InputError(option, repr(setting), "NAME=VALUE")
         found[name.strip()] = value.strip()
     return found
 
@@ -198,6 +216,30 @@ def _check(options: argparse.Namespace) -> int:
     found = mobility(graph, home, len(graph.mechanism.driven))
     with _stdout_told():
         _console(width=_WIDE).print(mechanism_report(graph, home.q, found))
+    return 0
+
+
+def _modes(options: argparse.Namespace) -> int:
+    from parakin.expressions import Parameters
+    from parakin.files import load
+    from parakin.report import modes_report
+    from parakin.solver import compile as compile_mechanism
+
+    if not 1 <= options.starts <= 10**6:
+        raise InputError("--starts", str(options.starts), "1 to 1,000,000")
+    mechanism = load(options.mechanism, _parameters(options.set))
+    driven = options.driven.split(",") if options.driven else None
+    solver = compile_mechanism(mechanism, driven, machine_code=False)
+    evaluate = Parameters(mechanism.parameters, mechanism.where).evaluate
+    values = {
+        name: evaluate(
+            text, solver.graph.dimension(solver.graph.index(name, "--at")), f"--at {name}"
+        )
+        for name, text in _parameters(options.at, "--at").items()
+    }
+    found = solver.branches(values, options.starts)
+    with _stdout_told():
+        _console(width=_WIDE).print(modes_report(solver.graph, solver.driven, found))
     return 0
 
 

@@ -85,7 +85,11 @@ def _merge(result: dict[str, Any], key: str, more: Mapping[str, Any], place: str
 def _numbered(value: Any, number: int, own: Mapping[str, str], *, plain: bool = False) -> Any:
     if isinstance(value, Mapping):
         return {
-            str(key).replace("{i}", str(number)): _numbered(inner, number, own, plain=key in _PLAIN)
+            str(key).replace("{i}", str(number)): (
+                _turns(inner, number, own)
+                if key == "turns"
+                else _numbered(inner, number, own, plain=key in _PLAIN)
+            )
             for key, inner in value.items()
         }
     if isinstance(value, list):
@@ -97,3 +101,13 @@ def _numbered(value: Any, number: int, own: Mapping[str, str], *, plain: bool = 
         return text
     names = "|".join(map(re.escape, [*own, "i"]))
     return re.sub(rf"(?<![\w.])({names})(?!\w)", lambda m: own.get(m[1], f"({number})"), text)
+
+
+def _turns(value: Any, number: int, own: Mapping[str, str]) -> Any:
+    """Turns of a frame: the letter that leads each is an axis, whatever `each` calls x."""
+    if not isinstance(value, list):
+        return value
+    return [
+        [*turn[:1], *_numbered(turn[1:], number, own)] if isinstance(turn, list) else turn
+        for turn in value
+    ]

@@ -14,6 +14,7 @@ from rich.text import Text
 
 from parakin.analysis import Mobility
 from parakin.assembly import FloatArray
+from parakin.branches import Search
 from parakin.graph import Graph
 from parakin.tracking import Status
 
@@ -24,7 +25,7 @@ def catalogue_table(entries: Mapping[str, tuple[str, str]]) -> RenderableType:
     """Mechanisms by name with their titles and motions: what `parakin list` prints."""
     table = Table(box=None, pad_edge=False, header_style="bold")
     for heading in ("mechanism", "what it is", "motions"):
-        table.add_column(heading, no_wrap=heading == "mechanism")
+        table.add_column(Text(heading), no_wrap=heading == "mechanism")
     for name, (title, motions) in entries.items():
         table.add_row(Text(name), Text(title), Text(motions or "none"))
     return table
@@ -34,7 +35,7 @@ def _table(*headings: str) -> Table:
     """A table of numbers, for a console wide enough that none is cut or folded."""
     table = Table(box=None, pad_edge=False, header_style="bold")
     for k, heading in enumerate(headings):
-        table.add_column(heading, justify="left" if k == 0 else "right", no_wrap=True)
+        table.add_column(Text(heading), justify="left" if k == 0 else "right", no_wrap=True)
     return table
 
 
@@ -151,6 +152,36 @@ def _home_notes(graph: Graph, home: FloatArray) -> list[Text]:
             )
         notes.append(Text(said))
     return notes
+
+
+def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> RenderableType:
+    """The branches of a mechanism: what `parakin modes` prints."""
+    angles = {c.name: c.angle for c in graph.coordinates}
+    heading = [f"{n} [{'deg' if angles[n] else 'mm'}]" for n in found.told_by]
+    table = _table("branch", *heading, "conditioning", "found", "variants", "beyond limits")
+    for branch in found.branches:
+        values = [
+            f"{(math.degrees(1.0) if angles[n] else 1e3) * branch.coordinates[n]:z.3f}"
+            for n in found.told_by
+        ]
+        table.add_row(
+            branch.name,
+            *values,
+            f"{branch.conditioning:.3f}",
+            str(branch.found),
+            str(branch.variants),
+            ", ".join(branch.beyond),
+        )
+    odds = f"about {found.unseen:.1g}" if found.unseen else f"under {1 / max(found.closed, 1):.1g}"
+    return Group(
+        Text(f"{graph.mechanism.name}, driven: {', '.join(driven)}", style="bold"),
+        table,
+        Text(
+            f"{len(found.branches)} distinct among {found.closed:,} assemblies found from "
+            f"{found.starts:,} random starts. A search, not a proof: one more would be new with "
+            f"probability {odds}."
+        ),
+    )
 
 
 @dataclass

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parakin.assembly import CLOSED, Configuration, assembled, close
+from parakin.branches import Search, branches
 from parakin.errors import AssemblyError, DrivenError, InputError, nearest
 from parakin.expressions import Value
 from parakin.files import load, load_motion
@@ -254,6 +255,19 @@ class Solver:
         motion = self.motion(motion) if isinstance(motion, str) else motion
         (result,) = self.stream(motion, max(motion.count, 1), bodies=bodies, parallel=parallel)
         return result
+
+    def branches(self, values: Mapping[str, float] | None = None, starts: int = 8192) -> Search:
+        """The real assemblies for driven values (home's where not given), by many random starts.
+
+        With the platform driven these are the working modes, with the actuators driven the
+        assembly modes. A search, not a proof: `unseen` of the answer says how sure it is. A
+        solver for another branch: `compile(..., near=branch.coordinates)`.
+        Raises InputError on names that are not driven.
+        """
+        for name in values or {}:
+            if name not in self.driven:
+                raise InputError("values", f"{name!r}", nearest(name, self.driven))
+        return branches(self.plan, values, starts)
 
     def stream(
         self,

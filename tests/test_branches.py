@@ -1,0 +1,86 @@
+"""Working and assembly modes: as many as the textbooks count, and solvers that stay on theirs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import parakin
+from parakin.cli import main
+from parakin.plan import Plan
+
+SLIDERS = ["A2", "B3", "C3"]
+
+
+@pytest.mark.parametrize(
+    ("name", "driven", "count"),
+    [
+        ("four-bar", None, 2),
+        ("slider-crank", None, 2),
+        ("five-bar", None, 4),  # two elbows, each up or down
+        ("3-rrr", None, 8),  # 2^3 working modes
+        ("3-rpr", ["P1", "P2", "P3"], 2),  # planar 3-RPR: at most 6, symmetric home fewer
+        ("flight-simulator", None, 8),  # each of three legs through its pivot or not
+    ],
+)
+def test_as_many_branches_as_there_are(name: str, driven: list[str] | None, count: int) -> None:
+    solver = parakin.compile(name, driven, machine_code=False)
+    search = solver.branches()
+    assert search.branches[0].name == "home"
+    for coordinate in solver.coordinates:
+        at_home = search.branches[0].coordinates[coordinate]
+        assert at_home == pytest.approx(solver.home[coordinate], abs=1e-9)
+    assert len(search.branches) == count
+    assert search.unseen < 0.01
+
+
+def test_every_branch_closes_and_answers_to_its_name() -> None:
+    solver = parakin.compile("flight-simulator", SLIDERS, machine_code=False)
+    home = [solver.home[n] for n in SLIDERS]
+    seen = []
+    for branch in solver.branches().branches:
+        other = parakin.compile(
+            "flight-simulator", SLIDERS, near=branch.coordinates, machine_code=False
+        )
+        tick = other.at(home)
+        assert tick.status == 0
+        assert float(tick.residual) < 1e-12
+        at = dict(zip(other.coordinates, tick.position, strict=True))
+        for name in ("platform.x", "platform.y"):
+            assert at[name] == pytest.approx(branch.coordinates[name], abs=1e-9)
+        seen.append((round(at["platform.x"], 6), round(at["platform.y"], 6), round(at["A4"], 6)))
+    assert len(set(seen)) == len(seen) > 1
+
+
+def test_values_elsewhere_than_home_are_searched() -> None:
+    solver = parakin.compile("four-bar", machine_code=False)
+    (name,) = solver.driven
+    moved = solver.home[name] + 0.3
+    search = solver.branches({name: moved})
+    assert all(b.coordinates[name] == pytest.approx(moved) for b in search.branches)
+    expected = solver.at([moved])
+    at = dict(zip(solver.coordinates, expected.position, strict=True))
+    nearest = search.branches[0].coordinates
+    assert all(nearest[n] == pytest.approx(at[n], abs=1e-9) for n in solver.coordinates)
+    with pytest.raises(parakin.InputError, match="'B'"):
+        solver.branches({"B": 0.0})
+
+
+def test_a_plan_is_not_changed_by_a_search() -> None:
+    solver = parakin.compile("five-bar", machine_code=False)
+    before: Plan = solver.plan
+    signs = [block.sign for block in before.blocks]
+    solver.branches()
+    assert [block.sign for block in solver.plan.blocks] == signs
+    assert all(np.isscalar(sign) for sign in signs)
+
+
+def test_the_command_lists_them(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["modes", "four-bar"]) == 0
+    said = capsys.readouterr().out
+    assert "home" in said
+    assert "A search, not a proof" in said
+    assert main(["modes", "flight-simulator", "--driven", "A2,B3,C3", "--at", "A2=20 mm"]) == 0
+    assert "platform.phi [deg]" in capsys.readouterr().out
+    assert main(["modes", "four-bar", "--at", "A=20 mm"]) == 2
+    assert "an angle" in capsys.readouterr().err
