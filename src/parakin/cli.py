@@ -94,6 +94,9 @@ def parser() -> argparse.ArgumentParser:
         "-o", "--output", metavar="FILE", help="write .csv, .nc or .parquet; '-' is CSV to stdout"
     )
     solve.add_argument("--plot", metavar="FILE", type=Path, help="figure: .png, .svg or .pdf")
+    solve.add_argument(
+        "--singularities", action="store_true", help="how near the motion comes to which kind"
+    )
     solve.add_argument("--bodies", action="store_true", help="every body's motion too")
     solve.add_argument("--all", action="store_true", help="joints outside the tree too")
     solve.add_argument("--rate", metavar="HZ", type=_number, help="samples per second of a law")
@@ -246,7 +249,7 @@ def _modes(options: argparse.Namespace) -> int:
 def _solve(options: argparse.Namespace) -> int:
     from parakin import plots, tables
     from parakin.files import check_writable, load
-    from parakin.report import solve_report
+    from parakin.report import singularities_report, solve_report
     from parakin.solver import compile as compile_mechanism
 
     to_stdout = options.output == "-"
@@ -268,7 +271,7 @@ def _solve(options: argparse.Namespace) -> int:
     )
     # The first result of a process pays for imports, which the time told should not.
     next(solver.stream(dataclasses.replace(motion, count=min(motion.count, 2))), None)
-    run = _Run(motion.count, options.plot is not None)
+    run = _Run(motion.count, options.plot is not None or options.singularities)
     windows = run.watched(
         solver.stream(motion, _WINDOW, bodies=options.bodies, parallel=True), _console(stderr=True)
     )
@@ -289,6 +292,8 @@ def _solve(options: argparse.Namespace) -> int:
     console = _console(stderr=True, width=_WIDE)
     console.print(title, style="bold", markup=False)
     console.print(solve_report(run.last, run.found, run.seconds))
+    if options.singularities:
+        console.print(singularities_report(solver.singularities(run.picture())))
     written = [str(path) for path in (output, options.plot) if path is not None]
     if written:
         console.print(f"wrote {', '.join(written)}", markup=False)

@@ -156,10 +156,11 @@ class Graph:
 
         Otherwise it leaves out the joints of most freedom, since they close a loop with the
         fewest rows: spherical joints before revolute ones; of equals passive joints before
-        actuated ones, turns before slides, and the later in the file.
+        actuated ones, turns before slides, those between moving bodies, and the later in the
+        file.
         """
 
-        def order(k: int) -> tuple[bool, int, int, bool, bool, int]:
+        def order(k: int) -> tuple[bool, int, int, bool, bool, bool, int]:
             joint = self.joints[k]
             rank = 0 if k in first else 1 if k in second else 3 if k in last else 2
             slides = any(pair.slides for pair in joint.pairs)
@@ -170,6 +171,7 @@ class Graph:
                 len(joint.pairs),
                 not joint.actuated,
                 not slides,
+                0 not in (joint.parent, joint.child),
                 k,
             )
 

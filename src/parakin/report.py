@@ -16,6 +16,7 @@ from parakin.analysis import Mobility
 from parakin.assembly import FloatArray
 from parakin.branches import Search
 from parakin.graph import Graph
+from parakin.singularities import Closeness
 from parakin.tracking import Status
 
 _CLOSES = 1e-9  # of the characteristic length: a stated home this near is one
@@ -182,6 +183,25 @@ def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> Renderab
             f"probability {odds}."
         ),
     )
+
+
+def singularities_report(found: Closeness) -> RenderableType:
+    """How near a motion comes to singularities: what `parakin solve --singularities` adds."""
+    lines = []
+    for kind, figure, what in (
+        (1, found.type1, "actuators move, outputs rest"),
+        (2, found.type2, "outputs move, actuators are locked"),
+    ):
+        if np.isfinite(figure).any():
+            i = int(np.nanargmin(figure))
+            lines.append(
+                Text(f"type {kind} ({what}): nearest {figure[i]:.3f} at {found.time[i]:.6g} s")
+            )
+    lines += [
+        Text(f"crosses type {c.type} at {c.time:.9f} s: {c.words}", style="bold red")
+        for c in found.crossings
+    ]
+    return Group(*lines)
 
 
 @dataclass

@@ -26,6 +26,7 @@ from parakin.motion import Motion, Samples
 from parakin.ordering import plan_of
 from parakin.plan import Plan
 from parakin.results import dataset
+from parakin.singularities import Closeness, closeness
 from parakin.tracking import (
     RESIDUAL,
     SINGULAR,
@@ -268,6 +269,12 @@ class Solver:
             if name not in self.driven:
                 raise InputError("values", f"{name!r}", nearest(name, self.driven))
         return branches(self.plan, values, starts)
+
+    def singularities(self, result: xr.Dataset) -> Closeness:
+        """How near a solved motion comes to type 1 and type 2 singularities, and where it crosses
+        one, between samples too (Gosselin and Angeles 1990). Raises InputError.
+        """
+        return closeness(self, result)
 
     def stream(
         self,
