@@ -35,7 +35,8 @@ def meeting(p: Array, r: float, q: Array | complex, s: float, side: float) -> Ar
     line = q - p
     length = np.abs(line)
     along = (r * r - s * s + length**2) / (2 * length)
-    return p + line / length * (along + 1j * side * np.sqrt(r * r - along**2))
+    place: Array = p + line / length * (along + 1j * side * np.sqrt(r * r - along**2))
+    return place
 
 
 def cosine_sine(a: Array, b: Array, c: Array, side: float) -> Array:
@@ -72,7 +73,7 @@ def slider_crank(p: Named, y: Named) -> dict[str, Array]:
 @form("five-bar")
 def five_bar(p: Named, y: Named) -> dict[str, Array]:
     """The law of cosines in either arm."""
-    found = {}
+    found: dict[str, Array] = {}
     ends = []
     for name, side in (("1", -1), ("2", 1)):
         arm = y["platform.x"] + 1j * y["platform.y"] - side * p["base"] / 2
@@ -168,9 +169,22 @@ def around(radius: float, angle: float, z: float = 0.0) -> Array:
     return np.array([radius * np.cos(angle), radius * np.sin(angle), z])
 
 
-def limbs(p: Named, count: int, *names: str) -> list[tuple[str, list[float]]]:
-    """Each limb's number, as text, and its values of `names`."""
-    return [(str(i), [p[f"{n}_{i}"] for n in names]) for i in range(1, count + 1)]
+def thirds(start: float = 0.0) -> list[tuple[str, float]]:
+    """Three limbs all around: their numbers, as text, and where they stand."""
+    return [(str(i + 1), start + 2 * np.pi * i / 3) for i in range(3)]
+
+
+def pairs(p: Named) -> list[tuple[str, float, float]]:
+    """Six limbs, in pairs on the base; each pair parts to neighbouring corners of the platform."""
+    return [
+        (
+            str(2 * i + j + 1),
+            2 * np.pi * i / 3 + side * p["a_base"] / 2,
+            2 * np.pi * i / 3 + side * (np.pi / 3 - p["a_platform"] / 2),
+        )
+        for i in range(3)
+        for j, side in enumerate((-1, 1))
+    ]
 
 
 @form("3-rrr")
@@ -178,7 +192,7 @@ def planar_3rrr(p: Named, y: Named) -> dict[str, Array]:
     """The law of cosines in each arm."""
     found = {}
     centre = y["platform.x"] + 1j * y["platform.y"]
-    for i, (angle,) in limbs(p, 3, "angle"):
+    for i, angle in thirds(-5 * np.pi / 6):
         reach = centre + p["r_platform"] * cis(angle + y["platform.yaw"]) - p["r_base"] * cis(angle)
         r = np.abs(reach)
         cosine = (p["proximal"] ** 2 + r**2 - p["distal"] ** 2) / (2 * p["proximal"] * r)
@@ -193,7 +207,7 @@ def planar_3rrr(p: Named, y: Named) -> dict[str, Array]:
 def planar_3rpr(p: Named, y: Named) -> dict[str, Array]:
     found = {}
     centre = y["platform.x"] + 1j * y["platform.y"]
-    for i, (angle,) in limbs(p, 3, "angle"):
+    for i, angle in thirds(-5 * np.pi / 6):
         top = p["r_platform"] * cis(angle + p["twist"] + y["platform.yaw"])
         leg = centre + top - p["r_base"] * cis(angle)
         found[f"P{i}"], found[f"A{i}"] = np.abs(leg), np.angle(leg)
@@ -216,12 +230,225 @@ def agile_eye(p: Named, y: Named) -> dict[str, Array]:
     return found
 
 
-@form("gough-stewart")
+@form("gough-stewart", "octahedral-hexapod")
 def gough_stewart(p: Named, y: Named) -> dict[str, Array]:
     """Leg lengths are distances."""
     centre, R = pose(y)
     found = {}
-    for i, (base, top) in limbs(p, 6, "base", "top"):
+    for i, base, top in pairs(p):
         leg = centre + R @ around(p["r_platform"], top) - around(p["r_base"], base)
         found[f"P{i}"] = np.linalg.norm(leg, axis=1) - p["stroke_0"]
     return found
+
+
+def tilted(p: Named, y: Named) -> tuple[Array, Array]:
+    """A platform on three balls, each in the upright plane of its leg, 120 degrees apart.
+
+    z, roll and pitch are given. The balls stay in their planes where R is symmetric in its upper
+    left corner (which gives yaw), x = r (R11 - R22)/2 and y = -r R21.
+    """
+    roll, pitch = y["platform.roll"], y["platform.pitch"]
+    yaw = np.arctan2(-np.sin(roll) * np.sin(pitch), np.cos(roll) + np.cos(pitch))
+    _, R = pose({**y, "platform.yaw": yaw})
+    r = p["r_platform"]
+    x = r / 2 * (R[:, 0, 0] - R[:, 1, 1])
+    return np.stack([x, -r * R[:, 1, 0], y["platform.z"]], axis=1), R
+
+
+def parasitic(centre: Array, R: Array) -> dict[str, Array]:
+    return {
+        "platform.x": centre[:, 0],
+        "platform.y": centre[:, 1],
+        "platform.yaw": np.arctan2(-R[:, 0, 1], R[:, 0, 0]),
+    }
+
+
+@form("3-rps")
+def rps(p: Named, y: Named) -> dict[str, Array]:
+    centre, R = tilted(p, y)
+    found = parasitic(centre, R)
+    for i, angle in thirds():
+        leg = centre + R @ around(p["r_platform"], angle) - around(p["r_base"], angle)
+        found[f"P{i}"] = np.linalg.norm(leg, axis=1)
+        found[f"A{i}"] = np.arctan2(leg @ around(1.0, angle), leg[:, 2])
+    return found
+
+
+@form("3-prs")
+def prs(p: Named, y: Named) -> dict[str, Array]:
+    centre, R = tilted(p, y)
+    found = parasitic(centre, R)
+    for i, angle in thirds():
+        ball = centre + R @ around(p["r_platform"], angle)
+        inwards = p["r_base"] - ball @ around(1.0, angle)
+        found[f"P{i}"] = ball[:, 2] - np.sqrt(p["link"] ** 2 - inwards**2)
+        found[f"R{i}"] = -np.arcsin(inwards / p["link"])
+    return found
+
+
+@form("tricept")
+def tricept(p: Named, y: Named) -> dict[str, Array]:
+    """The central leg points to the platform: first a turn about x, then one about y."""
+    x, yy, z = y["platform.x"], y["platform.y"], y["platform.z"]
+    roll, pitch = np.arctan2(-yy, z), np.arctan2(x, np.hypot(yy, z))
+    centre, R = pose({**y, "platform.roll": roll, "platform.pitch": pitch})
+    found = {"U0.1": roll, "U0.2": pitch, "P0": np.linalg.norm(centre, axis=1)}
+    found |= {"platform.roll": roll, "platform.pitch": pitch, "platform.yaw": 0 * roll}
+    for i, angle in thirds(np.pi / 2):
+        leg = centre + R @ around(p["r_platform"], angle) - around(p["r_base"], angle)
+        found[f"P{i}"] = np.linalg.norm(leg, axis=1)
+    return found
+
+
+@form("3-upu")
+def upu(p: Named, y: Named) -> dict[str, Array]:
+    """The platform does not turn."""
+    centre, _ = pose(y)
+    found = {f"platform.{name}": 0 * centre[:, 0] for name in ("roll", "pitch", "yaw")}
+    for i, angle in thirds(np.pi / 2):
+        leg = centre + around(p["r_platform"] - p["r_base"], angle)
+        found[f"P{i}"] = np.linalg.norm(leg, axis=1)
+        along, across = leg @ around(1.0, angle), leg @ around(1.0, angle + np.pi / 2)
+        found[f"U{i}.1"] = np.arctan2(along, leg[:, 2])
+        found[f"U{i}.2"] = -np.arctan2(across, np.hypot(along, leg[:, 2]))
+        found[f"V{i}.1"], found[f"V{i}.2"] = -found[f"U{i}.2"], -found[f"U{i}.1"]
+    return found
+
+
+def delta_arms(p: Named, centre: Array, edge: float) -> dict[str, Array]:
+    """Arm angles: |elbow - edge of the plate| = rod, as a cos t + b sin t = c, elbows out."""
+    found = {}
+    for i, angle in thirds():
+        w = centre + around(edge - p["r_base"], angle)  # from the motor to the plate's edge
+        c = ((w**2).sum(1) + p["arm"] ** 2 - p["rod"] ** 2) / (2 * p["arm"])
+        found[f"A{i}"] = cosine_sine(w @ around(1.0, angle), -w[:, 2], c, -1)
+    return found
+
+
+@form("delta")
+def delta(p: Named, y: Named) -> dict[str, Array]:
+    centre, _ = pose(y)
+    level = {f"platform.{name}": 0 * centre[:, 0] for name in ("roll", "pitch", "yaw")}
+    return level | delta_arms(p, centre, p["r_platform"])
+
+
+@form("delta-revolute")
+def delta_revolute(p: Named, y: Named) -> dict[str, Array]:
+    """As the Delta; the parallelogram swings by the rod's component along the arm's axis."""
+    found = delta(p, y)
+    centre, _ = pose(y)
+    for i, angle in thirds():
+        out, arm = around(1.0, angle), found[f"A{i}"]
+        w = centre + around(p["r_platform"] - p["r_base"], angle)
+        elbow = p["arm"] * (np.cos(arm)[:, None] * out - np.sin(arm)[:, None] * np.eye(3)[2])
+        rod = (w - elbow) / p["rod"]
+        swing = -np.arcsin(rod @ around(1.0, angle + np.pi / 2))
+        slope = np.arctan2(-rod[:, 2], rod @ out)  # downwards, as arms count
+        found |= {f"B{i}": slope - arm, f"G{i}": -slope}
+        found |= {f"C{i}": swing, f"D{i}": swing, f"E{i}": -swing, f"F{i}": -swing}
+    return found
+
+
+@form("linear-delta")
+def linear_delta(p: Named, y: Named) -> dict[str, Array]:
+    centre, _ = pose(y)
+    found = {f"platform.{name}": 0 * centre[:, 0] for name in ("roll", "pitch", "yaw")}
+    for i, angle in thirds():
+        level = (centre + around(p["r_platform"] - p["r_base"], angle))[:, :2]
+        found[f"P{i}"] = centre[:, 2] + np.sqrt(p["rod"] ** 2 - (level**2).sum(1))
+    return found
+
+
+def crank_with_rod(shaft: Array, u: Array, v: Array, crank: float, rod: float, end: Array) -> Array:
+    """The angle from u to v at which the crank's tip is `rod` from `end`; the crank pushes."""
+    w = end - shaft
+    c = ((w**2).sum(1) + crank**2 - rod**2) / (2 * crank)
+    return cosine_sine(w @ u, w @ v, c, -1)
+
+
+@form("6-rus")
+def rus(p: Named, y: Named) -> dict[str, Array]:
+    """M cos t + N sin t = L, as every builder's notes on rotary hexapods have it."""
+    centre, R = pose(y)
+    found = {}
+    for i, base, top in pairs(p):
+        end = centre + R @ around(p["r_platform"], top)
+        u = (-1) ** int(i) * around(1.0, base + np.pi / 2)
+        shaft = around(p["r_base"], base)
+        found[f"A{i}"] = crank_with_rod(shaft, u, np.eye(3)[2], p["crank"], p["rod"], end)
+    return found
+
+
+@form("6-pus")
+def pus(p: Named, y: Named) -> dict[str, Array]:
+    centre, R = pose(y)
+    found = {}
+    for i, base, top in pairs(p):
+        w = centre + R @ around(p["r_platform"], top) - around(p["r_base"], base)
+        found[f"P{i}"] = w[:, 2] - np.sqrt(p["rod"] ** 2 - w[:, 0] ** 2 - w[:, 1] ** 2)
+    return found
+
+
+@form("seat-2dof", "seat-3dof")
+def seat(p: Named, y: Named) -> dict[str, Array]:
+    """The post holds surge, sway and yaw; a crank and a rod at each drive."""
+    height = y.get("platform.z", p.get("post"))
+    centre, R = pose({**y, "platform.z": height}, "ZYX")
+    found = {"platform.yaw": 0 * centre[:, 0], "platform.x": 0 * centre[:, 0]}
+    found |= {"U.1": y["platform.pitch"], "U.2": y["platform.roll"]}
+    ends = [(-p["back"], p["half"], -1), (-p["back"], -p["half"], -1)]
+    if "front" in p:
+        ends.append((p["front"], 0, 1))
+    for i, (x, left, out) in enumerate(ends, start=1):
+        end, u = np.array([x, left, 0]), np.array([out, 0, 0])
+        shaft = end - p["crank"] * u + np.array([0, 0, p["shaft"]])
+        tip = centre + R @ end
+        found[f"A{i}"] = crank_with_rod(shaft, u, np.eye(3)[2], p["crank"], p["rod"], tip)
+    return found
+
+
+@form("wrist-on-delta")
+def wrist_on_delta(p: Named, y: Named) -> dict[str, Array]:
+    """The wrist's centre is where the tool points back to; its angles are the tool's."""
+    tip, R = pose(y, "ZYX")
+    centre = tip + p["tool"] * R[:, :, 2]
+    wrist = {"W1": y["platform.yaw"], "W2": y["platform.pitch"], "W3": y["platform.roll"]}
+    return delta_arms(p, centre, p["r_plate"]) | wrist
+
+
+@form("hexapod-on-3rps")
+def hexapod_on_3rps(p: Named, y: Named) -> dict[str, Array]:
+    """The stage by Newton's iteration on the legs' equations, the upper legs as distances."""
+    angles = [angle for _, angle in thirds()]
+    lengths = np.stack([y[f"L{i}"] for i in (1, 2, 3)])
+    balls = {"r_platform": p["r_stage"]}
+
+    def stage(q: Array) -> tuple[Array, Array]:
+        return tilted(balls, dict(zip(STAGE, q, strict=True)))
+
+    def gaps(q: Array) -> Array:
+        centre, R = stage(q)
+        ends = [centre + R @ around(p["r_stage"], a) - around(p["r_ground"], a) for a in angles]
+        squares: Array = np.stack([(end**2).sum(1) for end in ends]) - lengths**2
+        return squares
+
+    q = np.zeros_like(lengths)
+    q[0] = np.sqrt(p["leg"] ** 2 - (p["r_ground"] - p["r_stage"]) ** 2)
+    for _ in range(12):
+        h = 1e-6
+        slopes = np.stack([(gaps(q + h * e) - gaps(q - h * e)) / (2 * h) for e in _STEPS], axis=1)
+        q = q - np.linalg.solve(slopes.transpose(2, 0, 1), gaps(q).T[:, :, None])[:, :, 0].T
+    low, S = stage(q)
+    high, R = pose(y)
+    found = {}
+    for i, base, top in pairs(p):
+        foot = low + S @ around(p["r_base"], base)
+        found[f"P{i}"] = np.linalg.norm(high + R @ around(p["r_platform"], top) - foot, axis=1)
+    for i, angle in thirds():
+        leg = low + S @ around(p["r_stage"], angle) - around(p["r_ground"], angle)
+        found[f"A{i}"] = np.arctan2(leg @ around(1.0, angle), leg[:, 2])
+    return found
+
+
+STAGE = ("platform.z", "platform.roll", "platform.pitch")
+_STEPS = np.eye(3)[:, :, None]

@@ -542,7 +542,7 @@ def test_a_mechanism_that_cannot_be_assembled_names_the_joint_and_its_gap(
     Path("linkage.toml").write_text(edited(LINKAGE, '"0.5 m"', '"3 m"'))
     message = refusal("check", "linkage.toml")
     assert message.startswith("linkage.toml: cannot be assembled from its guess; the largest gap")
-    assert "at joint D: 1900 mm and 0 degrees" in message
+    assert "at joint C: 1900 mm and 0 degrees" in message
 
 
 @pytest.mark.parametrize("size", ["1e60", "1e160", "1e300", "-1e300"])

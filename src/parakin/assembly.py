@@ -220,14 +220,12 @@ def home_of(graph: Graph, tree: Tree) -> Configuration:
     for values in (graph.guess, graph.stated, graph.home):
         for k, value in values.items():
             start[k] = value
-    if graph.platform is not None:  # where its pose is not given, the joints' guess says it
-        through_joints = configure(graph, graph.tree(last=[graph.platform]), start)
-        for k in graph.joints[graph.platform].coordinates:
-            if k not in {**graph.guess, **graph.stated, **graph.home}:
-                start[k] = through_joints.q[k]
     in_tree = {n for k, _ in tree.steps for n in graph.joints[k].coordinates}
     held = [k for k in graph.home if k in in_tree]
-    at, norm = close(graph, tree, start, held)
+    at, norm = min(
+        (close(graph, tree, begin, held) for begin in _starts(graph, start)),
+        key=lambda found: (found[1] > CLOSED, _distance(graph, found[0].q, start)),
+    )
     rng = np.random.default_rng(0)
     for size in (0.02, 0.1, 0.3):  # a guess may be stationary, at right angles to what is wanted
         if norm <= CLOSED:
@@ -263,6 +261,34 @@ def home_of(graph: Graph, tree: Tree) -> Configuration:
                 "axes opposed; turn the axis on one of its bodies round, or mend the guess"
             )
     return at
+
+
+def _starts(graph: Graph, start: FloatArray) -> list[FloatArray]:
+    """The guess; and the guess with the platform, where its pose is not given, put where the
+    joints' guess leads."""
+    if graph.platform is None:
+        return [start]
+    through_joints = configure(graph, graph.tree(last=[graph.platform]), start)
+    led = start.copy()
+    for k in graph.joints[graph.platform].coordinates:
+        if k not in {**graph.guess, **graph.stated, **graph.home}:
+            led[k] = through_joints.q[k]
+    return [start] if np.array_equal(led, start) else [start, led]
+
+
+def _distance(graph: Graph, q: FloatArray, start: FloatArray) -> float:
+    """How far a configuration is from the guess; what is not given counts little."""
+    given = {**graph.guess, **graph.stated, **graph.home}
+    away = (q - start) / coordinate_scales(graph)
+    total = 0.0
+    for k, coordinate in enumerate(graph.coordinates):
+        if coordinate.joint == graph.platform and k not in given:
+            continue
+        step = away[k]
+        if coordinate.angle:
+            step -= 2 * np.pi * np.round(step / (2 * np.pi))
+        total += (1.0 if k in given else 1e-3) * float(step) ** 2
+    return total
 
 
 def joint_gap(at: Configuration, cut: int) -> tuple[float, float]:
