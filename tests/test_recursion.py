@@ -13,32 +13,13 @@ import closed_form
 import numpy as np
 import pytest
 from closed_form import MP, Jet, jet
+from jets import jet_functions
 from scipy.spatial.transform import Rotation
 
 import parakin
 from parakin.kernel import Outputs, newton_unknowns, trace
-from parakin.spatial import Functions
 
 Compiled = Callable[..., parakin.Solver]
-
-
-def jet_functions() -> Functions:
-    def minimum(a: Jet | float, b: Jet | float) -> Jet:
-        a, b = jet(a), jet(b)
-        return a if a.value <= b.value else b
-
-    def copysign(a: Jet | float, b: Jet | float) -> Jet:
-        a, b = jet(a), jet(b)
-        return -a if b.value < 0 else a
-
-    return Functions(
-        lambda x: closed_form.sin(jet(x)),
-        lambda x: closed_form.cos(jet(x)),
-        lambda x: closed_form.sqrt(jet(x)),
-        lambda y, x: closed_form.atan2(jet(y), jet(x)),
-        minimum,
-        copysign,
-    )
 
 
 @pytest.mark.parametrize("driven", [(), ("A2", "B3", "C3"), ("platform.x", "A1", "C3")])
