@@ -1,4 +1,4 @@
-"""Speed of the flight simulator through the public API, as ratios within one run.
+"""Speed through the public API, of the flight simulator as ratios within one run.
 
     python -m benchmarks [--long]
 
@@ -188,6 +188,60 @@ def strokes(report: Report) -> None:
     )
 
 
+def poses_of(solver: parakin.Solver) -> np.ndarray:
+    """A batch of driven values along the mechanism's last demonstration motion."""
+    name = list(solver.mechanism.motions)[-1]
+    motion = solver.motion(name, rate=1e6)
+    stride = max(1, motion.count // BATCH)
+    rows = [motion.window(i, i + 1).position[:, 0] for i in range(0, motion.count, stride)]
+    values = np.array(rows[:BATCH]).T
+    order = [motion.coordinates.index(n) for n in solver.driven]
+    return np.ascontiguousarray(values[order])
+
+
+def hexapod(report: Report) -> None:
+    legs = [f"P{i}" for i in range(1, 7)]
+    lengths = parakin.compile("gough-stewart", coordinates=legs, derivatives=0, checks=False)
+    y = poses_of(lengths)
+    seconds = best(lambda: lengths.at(y), calls=100) / BATCH
+    report.add("6-UPS, lengths from poses", f"{1e9 * seconds:.1f} ns a pose", "15 ns")
+    whole = parakin.compile("gough-stewart")
+    rates = np.ones_like(y)
+    seconds = best(lambda: whole.at(y, rates, rates)) / BATCH
+    report.add(
+        f"6-UPS, all {len(whole.coordinates)} coordinates, v and a",
+        f"{1e9 * seconds:.0f} ns a pose",
+        "300 ns",
+    )
+    forward = parakin.compile("gough-stewart", legs, coordinates=whole.driven, derivatives=0)
+    found = lengths.at(y).position
+    start = y + np.random.default_rng(0).uniform(-0.01, 0.01, y.shape)
+    rows = [whole.driven.index(n) for n in forward.coordinates]
+    tick = forward.at(found, guess=start[rows])
+    assert not np.any(tick.status)
+    assert np.abs(tick.position - y[rows]).max() < 1e-12
+    seconds = best(lambda: forward.at(found, guess=start[rows])) / BATCH
+    report.add(
+        "6-UPS, pose from lengths, guess 10 mm and 0.6 deg off, checked",
+        f"{1e9 * seconds:.0f} ns a pose",
+        "150 ns",
+    )
+
+
+def others(report: Report) -> None:
+    for name in ("3-rrr", "delta", "6-rus"):
+        full = parakin.compile(name, machine_code=False)
+        actuated = [c.name for c in full.graph.coordinates if c.actuated]
+        solver = parakin.compile(name, coordinates=actuated, derivatives=0, checks=False)
+        y = poses_of(solver)
+        assert not np.any(solver.at(y).status)
+        seconds = best(partial(solver.at, y), calls=100) / BATCH
+        report.add(f"{name}, actuators from poses", f"{1e9 * seconds:.1f} ns a pose", "100 ns")
+    start = time.perf_counter()
+    parakin.compile("hexapod-on-3rps")
+    report.add("hexapod-on-3rps compiles", f"{time.perf_counter() - start:.1f} s", "5 s")
+
+
 def start_up(report: Report) -> None:
     report.add("first compilation in a process", f"{compile_time():.2f} s", "0.5 s")
     report.add("parakin --help", f"{fresh('--help'):.2f} s", "0.3 s")
@@ -225,6 +279,8 @@ def main() -> None:
     report = Report()
     flight_simulator(report)
     strokes(report)
+    hexapod(report)
+    others(report)
     start_up(report)
     if chosen.long:
         ten_million(report)
