@@ -17,7 +17,9 @@ from parakin.assembly import (
     FloatArray,
     configure,
     coordinate_scales,
+    freedoms,
     functional,
+    holders,
     loop_signs,
     neighbours,
 )
@@ -28,6 +30,18 @@ _NEARBY = 6
 
 
 @dataclass(frozen=True)
+class Loop:
+    """A loop of the default tree: its joints, and how many of its six equations are independent.
+
+    A planar or spherical loop has three, whatever the bodies: the others come for free, and are
+    redundant as long as its axes stay parallel or concurrent.
+    """
+
+    joints: tuple[str, ...]
+    rank: int
+
+
+@dataclass(frozen=True)
 class Mobility:
     """What `mobility` found.
 
@@ -35,7 +49,8 @@ class Mobility:
     body. home: by rank at home. nearby: by rank at closed configurations around home, its
     generic value the smallest. tree_coordinates, rows, rank: of the loops cut open along the
     default tree. to_blame: joints which, were they spherical, would let the driven coordinates
-    move; with `cured`, the mobility then.
+    move; with `cured`, the mobility then. idle: coordinates of freedoms that move neither platform
+    nor actuators. loops: of the default tree, with their ranks.
     """
 
     bodies: int
@@ -50,6 +65,8 @@ class Mobility:
     wanted: int
     to_blame: tuple[str, ...]
     cured: int
+    idle: tuple[str, ...] = ()
+    loops: tuple[Loop, ...] = ()
 
     @property
     def generic(self) -> int:
@@ -95,7 +112,38 @@ def mobility(graph: Graph, home: Configuration, wanted: int = 0) -> Mobility:
         wanted=wanted,
         to_blame=tuple(blamed),
         cured=cured,
+        idle=tuple(graph.coordinates[k].name for k in idle_coordinates(graph, (*nearby, at))),
+        loops=tuple(_loop(graph, (nearby or [at])[0], cut) for cut in cuts),
     )
+
+
+def _loop(graph: Graph, at: Configuration, cut: int) -> Loop:
+    signs = loop_signs(graph, graph.tree())[cut]
+    inside = sorted({graph.coordinates[k].joint for k in np.flatnonzero(signs)} | {cut})
+    numbers = [k for j in inside for k in graph.joints[j].coordinates]
+    scale = np.array([1.0] * 3 + [1.0 / graph.length] * 3)[:, None]
+    screws = scale * at.screws[:, numbers] * coordinate_scales(graph)[numbers]
+    rank = 1 if graph.joints[cut].kind == "rod" else int(np.linalg.matrix_rank(screws, tol=1e-7))
+    return Loop(tuple(graph.joints[j].name for j in inside), rank)
+
+
+def idle_coordinates(graph: Graph, samples: Sequence[Configuration]) -> list[int]:
+    """A coordinate for each freedom left when platform and actuators rest, everywhere."""
+    watched = [k for k, c in enumerate(graph.coordinates) if c.actuated]
+    if graph.platform is not None:
+        watched += graph.joints[graph.platform].coordinates
+    found: list[int] | None = None
+    for at in samples:
+        motions, _ = freedoms(graph, graph.tree(), configure(graph, graph.tree(), at.q))
+        motions = motions / coordinate_scales(graph)[:, None]
+        if not watched or not motions.shape[1]:
+            return []
+        _, sizes, right = np.linalg.svd(motions[watched])
+        loose = motions @ right[int((sizes > 1e-7).sum()) :].T
+        if not loose.shape[1]:
+            return []
+        found = found or holders(loose)
+    return found or []
 
 
 def mobility_at(graph: Graph, at: Configuration, freed: Sequence[int] = ()) -> int:

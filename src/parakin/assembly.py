@@ -265,7 +265,8 @@ def home_of(graph: Graph, tree: Tree) -> Configuration:
 
 def _starts(graph: Graph, start: FloatArray) -> list[FloatArray]:
     """The guess; and the guess with the platform, where its pose is not given, put where the
-    joints' guess leads."""
+    joints' guess leads.
+    """
     if graph.platform is None:
         return [start]
     through_joints = configure(graph, graph.tree(last=[graph.platform]), start)
@@ -328,6 +329,18 @@ def freedoms(
         if own:
             motions[own] = np.linalg.lstsq(at.screws[:, own], relative, rcond=None)[0]
     return motions, rank
+
+
+def holders(motions: FloatArray) -> list[int]:
+    """One coordinate for each motion that, held, stops it: the largest, one after the other."""
+    left = motions.copy()
+    held: list[int] = []
+    for _ in range(motions.shape[1]):
+        k = int(np.argmax(np.linalg.norm(left, axis=1)))
+        held.append(k)
+        direction = left[k] / np.linalg.norm(left[k])
+        left -= np.outer(left @ direction, direction)
+    return held
 
 
 def neighbours(

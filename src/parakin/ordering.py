@@ -28,6 +28,7 @@ from parakin.assembly import (
     coordinate_scales,
     freedoms,
     functional,
+    holders,
     loop_signs,
     neighbours,
 )
@@ -154,7 +155,7 @@ def check_driven(
             continue
         loose = scaled @ (right[rank:].T if right is not None else np.eye(mobility))
         if _is_idle(graph, loose):
-            held = held or _holders(loose)
+            held = held or holders(loose)
             continue
         moved = [
             c.name
@@ -174,18 +175,6 @@ def _is_idle(graph: Graph, motions: FloatArray) -> bool:
     if graph.platform is not None:
         watched += graph.joints[graph.platform].coordinates
     return bool(watched) and bool(np.abs(motions[watched]).max(initial=0.0) < 1e-7)
-
-
-def _holders(motions: FloatArray) -> list[int]:
-    """One coordinate for each motion that, held, stops it: the largest, one after the other."""
-    left = motions.copy()
-    held: list[int] = []
-    for _ in range(motions.shape[1]):
-        k = int(np.argmax(np.linalg.norm(left, axis=1)))
-        held.append(k)
-        direction = left[k] / np.linalg.norm(left[k])
-        left -= np.outer(left @ direction, direction)
-    return held
 
 
 def _affine(

@@ -78,6 +78,30 @@ def _mobility_lines(graph: Graph, found: Mobility) -> list[Text]:
                 f"{found.redundant} redundant"
             )
         )
+    for loop in found.loops:
+        if 1 < loop.rank < 6:
+            lines.append(
+                Text(
+                    f"  the loop {', '.join(loop.joints)} has rank {loop.rank}: "
+                    f"{6 - loop.rank} of its six equations come for free"
+                )
+            )
+    if found.idle:
+        lines.append(
+            Text(
+                f"  {len(found.idle)} idle: freedoms that move neither platform nor actuators; "
+                f"held at home by {', '.join(found.idle)}"
+            )
+        )
+    if found.generic == 0:
+        lines.append(Text("  a structure: nothing can move", style="bold red"))
+    if found.nearby and found.home != min(found.nearby):
+        lines.append(
+            Text(
+                f"  home is special: {found.home} there, {min(found.nearby)} in general",
+                style="bold yellow",
+            )
+        )
     driven = ", ".join(graph.mechanism.driven)
     if driven:
         lines.append(Text(f"  driven: {driven}"))
@@ -99,13 +123,9 @@ def _mobility_lines(graph: Graph, found: Mobility) -> list[Text]:
                     style="bold red",
                 )
             )
-    elif found.wanted and found.generic > found.wanted:
-        lines.append(
-            Text(
-                f"  {found.generic - found.wanted} more freedom(s) than driven coordinates",
-                style="bold yellow",
-            )
-        )
+    elif found.wanted and found.generic - len(found.idle) > found.wanted:
+        more = found.generic - len(found.idle) - found.wanted
+        lines.append(Text(f"  {more} more freedom(s) than driven coordinates", style="bold yellow"))
     return lines
 
 
