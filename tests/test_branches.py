@@ -52,6 +52,17 @@ def test_every_branch_closes_and_answers_to_its_name() -> None:
     assert len(set(seen)) == len(seen) > 1
 
 
+def test_a_branch_is_asked_for_by_name() -> None:
+    search = parakin.compile("five-bar", machine_code=False).branches()
+    for branch in search.branches:
+        solver = parakin.compile("five-bar", near=branch.name, machine_code=False)
+        for name in ("A1", "A2"):
+            turned = solver.home[name] - branch.coordinates[name]
+            assert np.cos(turned) == pytest.approx(1.0, abs=1e-12)
+    with pytest.raises(parakin.InputError, match="unknown branch 'up'"):
+        parakin.compile("five-bar", near="up", machine_code=False)
+
+
 def test_values_elsewhere_than_home_are_searched() -> None:
     solver = parakin.compile("four-bar", machine_code=False)
     (name,) = solver.driven

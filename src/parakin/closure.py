@@ -176,23 +176,37 @@ def turns_with_parent(circuits: Circuits, row: Row) -> bool:
     return row.kind == "frame" and not closes_point(circuits.graph.joints[row.cut])
 
 
-def derivative(circuits: Circuits, row: Row, end: Ends, coordinate: int, side: float) -> Scalar:
-    """The row's derivative by one coordinate of its loop, on the closed loop."""
+def carries(circuits: Circuits, row: Row, end: Ends, coordinate: int, side: float) -> bool:
+    """Whether the direction in which a gap row measures turns with a coordinate of its loop."""
+    if row.kind != "pair":
+        return (row.kind, side) in (("frame", -1.0), ("child", 1.0))
+    path = circuits.path[end.child if side > 0 else end.parent]
+    return row.a in path and path.index(coordinate) < path.index(row.a)
+
+
+def derivative(
+    circuits: Circuits, row: Row, end: Ends, coordinate: int, side: float, *, open_: bool = False
+) -> Scalar:
+    """The row's derivative by one coordinate of its loop, on the closed loop; with `open_` on an
+    open one too, whose gap counts where the row's direction turns.
+    """
     body = end.child if side > 0 else end.parent
     axis, sign = circuits.axes(body)[coordinate]
     if row.kind == "align":
         w, _ = pair_velocity(axis, sign * side, end.F.p)
         u, v = column(end.F.R, row.a), column(end.M.R, row.b)
         return dot(w, cross(v, u))
-    if row.kind in ("centre", "rod"):  # exact on open loops too
+    if row.kind in ("centre", "rod"):  # exact on open loops in any case
         u, _, moved = arm(circuits, row, end, coordinate, side)
-    else:
-        u, moved = direction(circuits, row, end), end.M.p if side > 0 else end.F.p
+        return dot(u, pair_velocity(axis, sign * side, moved)[1])
+    u, moved = direction(circuits, row, end), end.M.p if side > 0 else end.F.p
     w, v = pair_velocity(axis, sign * side, moved)
     slope = dot(u, v)
-    if side < 0 and turns_with_parent(circuits, row):
-        # F turns with the parent (w is minus its rate here) and the gap along its z is not zero.
-        slope = sub(slope, dot(cross(w, u), end.d))
+    # (w is minus the rate at which F turns with the parent.)
+    if (open_ or turns_with_parent(circuits, row)) and carries(
+        circuits, row, end, coordinate, side
+    ):
+        slope = add(slope, mul(side, dot(cross(w, u), end.d)))
     return slope
 
 

@@ -8,7 +8,7 @@ out as NaN, one close to singular with a small `conditioning`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -281,7 +281,7 @@ def _newton(
     for _ in range(steps):
         there = base.varied({k: angles.turn(k, value) for k, value in values.items()})
         gaps = [closure.value(there, row, closure.ends(there, row.cut)) for row in block.rows]
-        solved = solve(_jacobian(there, block), [gaps], angles.functions)
+        solved = solve(_jacobian(there, block, set(later)), [gaps], angles.functions)
         moves = solved.solutions[0]
         figure = mul(block.sign / block.lever, solved.conditioning)
         values = {k: sub(values[k], move) for k, move in zip(values, moves, strict=True)}
@@ -290,13 +290,17 @@ def _newton(
     return moves, figure
 
 
-def _jacobian(circuits: Circuits, block: Block) -> list[list[Scalar]]:
+def _jacobian(circuits: Circuits, block: Block, later: Collection[int] = ()) -> list[list[Scalar]]:
+    """The rows' slopes; loops with coordinates still to come (`later`) are open."""
     matrix: list[list[Scalar]] = []
     for row in block.rows:
         end, sides = closure.ends(circuits, row.cut), closure.loop(circuits, row.cut)
+        open_ = not sides.keys().isdisjoint(later)
         matrix.append(
             [
-                closure.derivative(circuits, row, end, k, sides[k]) if k in sides else 0.0
+                closure.derivative(circuits, row, end, k, sides[k], open_=open_)
+                if k in sides
+                else 0.0
                 for k in block.unknowns
             ]
         )

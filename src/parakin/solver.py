@@ -418,7 +418,7 @@ def compile(
     derivatives: int = 2,
     checks: bool = True,
     cut: Sequence[str] = (),
-    near: Mapping[str, float] | None = None,
+    near: Mapping[str, float] | str | None = None,
     machine_code: bool | None = None,
     parameters: Mapping[str, Value] | None = None,
 ) -> Solver:
@@ -432,8 +432,9 @@ def compile(
     checks: False leaves out residual and conditioning; only NaN is then flagged.
     cut: joints to leave out of the spanning tree that is solved; by default those that make the
     smallest systems. It changes the speed and not the result.
-    near: coordinates of another assembly, as a `Branch` has them: the solver's home is the closed
-    configuration nearest to it, and its branch the one followed.
+    near: another assembly: its coordinates, as a `Branch` has them, or its name as
+    `Solver.branches` and `parakin modes` tell it. The solver's home is the closed configuration
+    nearest to it, and its branch the one followed.
     machine_code: False runs on NumPy arrays; None takes machine code where heyoka is installed.
     parameters: overrides by name.
     Raises InputError, AssemblyError, DrivenError.
@@ -454,6 +455,12 @@ def compile(
         if name not in joints:
             raise InputError("cut", f"unknown joint {name!r}", nearest(name, joints))
     home = assembled(graph)
+    if isinstance(near, str):
+        search = branches(plan_of(graph, numbers, home))
+        named = {branch.name: branch.coordinates for branch in search.branches}
+        if near not in named:
+            raise InputError("near", f"unknown branch {near!r}", nearest(near, named))
+        near = named[near]
     if near is not None:
         home = _near(graph, home, numbers, near)
     plan = plan_of(graph, numbers, home, [joints.index(name) for name in cut])
