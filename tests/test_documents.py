@@ -75,7 +75,8 @@ def test_the_mechanism_of_the_file_format_is_the_one_in_python(tmp_path: Path) -
 
 
 def test_the_platform_table_of_the_file_format_is_read() -> None:
-    table = tomllib.loads(blocks("docs/mechanism-files.md", "toml")[2])
+    (text,) = [t for t in blocks("docs/mechanism-files.md", "toml") if t.startswith("[platform]")]
+    table = tomllib.loads(text)
     table |= {"name": "t", "bodies": {"platform": {"points": {"G": [0, 0, 0]}}}}
     table |= {"joints": {"J": {"kind": "spherical", "parent": "base", "child": "platform"}}}
     assert mechanism_from_table(table, "t").platform is not None
