@@ -41,6 +41,7 @@ from parakin.recursion import Turn
 _ZERO = 1e-9  # a derivative this small, in scaled units, is none
 _CROSSING = 0.3  # sine of the angle at which two rows cross well enough to be solved together
 _SPREAD = 0.7  # how far coordinates are thrown to see what a row does not depend on
+_FLAT = 1e-6  # a row this near to a singularity of its own, at home or near it, is of no use
 
 
 def plan_of(
@@ -439,7 +440,7 @@ def _refined(
             if (row, k) not in figures:
                 figures[row, k] = _quality(graph, row, k, at)
             figure, block = figures[row, k]
-            if figure > 0.0:
+            if figure > _FLAT:
                 key = (-round(figure, 2), len(needs), k, i)
                 if best is None or key < best[:4]:
                     best = (*key, block)
