@@ -214,7 +214,7 @@ def examples(draw: st.DrawFn) -> Example:
             far = _world_frame(rng, style)
             length = float(np.linalg.norm(far.p - F.p))
             if length < 0.1:
-                far = Pose(far.R, far.p + [0.0, 0.6, 0.8])
+                far = Pose(far.R, far.p + np.array([0.0, 0.6, 0.8]))
                 length = float(np.linalg.norm(far.p - F.p))
             M = far
         else:

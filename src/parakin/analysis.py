@@ -89,7 +89,9 @@ def mobility(graph: Graph, home: Configuration, wanted: int = 0) -> Mobility:
     # A rod's two spherical joints leave it five freedoms and an idle spin, which is not counted.
     freedom = sum(5 if joint.kind == "rod" else len(joint.pairs) for joint in real)
     at = configure(graph, tree, home.q)
-    nearby = [configure(graph, tree, c.q) for c in neighbours(graph, tree, at, _NEARBY)]
+    nearby = [
+        configure(graph, tree, c.q) for c in neighbours(graph, graph.posed_tree(), home, _NEARBY)
+    ]
     cuts = [k for k in tree.cuts if k != graph.platform]
     rows = sum(len(closure.canonical_rows(graph.joints[k], k)) for k in cuts)
     inside = sum(len(graph.joints[k].pairs) for k, _ in tree.steps)
@@ -134,7 +136,8 @@ def idle_coordinates(graph: Graph, samples: Sequence[Configuration]) -> list[int
         watched += graph.joints[graph.platform].coordinates
     found: list[int] | None = None
     for at in samples:
-        motions, _ = freedoms(graph, graph.tree(), configure(graph, graph.tree(), at.q))
+        tree = graph.posed_tree()
+        motions, _ = freedoms(graph, tree, configure(graph, tree, at.q))
         motions = motions / coordinate_scales(graph)[:, None]
         if not watched or not motions.shape[1]:
             return []
@@ -156,11 +159,12 @@ def mobility_at(graph: Graph, at: Configuration, freed: Sequence[int] = ()) -> i
     width: int = len(graph.coordinates) + sum(screws.shape[1] for screws in extra.values())
     loops: list[FloatArray] = []
     onward = _onward(graph)
+    screws_at = _full_screws(graph, at)
     for cut in tree.cuts:
         weights = signs[cut].copy()
         weights[list(graph.joints[cut].coordinates)] = -1.0
         block = np.zeros((6, width))
-        block[:, : len(scales)] = at.screws * weights * scales
+        block[:, : len(scales)] = screws_at * weights * scales
         place = len(scales)
         for k, screws in extra.items():
             sign = -1.0 if k == cut else _joint_sign(graph, cut, k, onward)
@@ -176,6 +180,17 @@ def mobility_at(graph: Graph, at: Configuration, freed: Sequence[int] = ()) -> i
         return width
     sizes = np.linalg.svd(np.vstack(loops), compute_uv=False)
     return width - int((sizes > _RANK * sizes[0]).sum())
+
+
+def _full_screws(graph: Graph, at: Configuration) -> FloatArray:
+    """Screws, those of spherical joints about three axes at right angles whatever their angles."""
+    screws = at.screws.copy()
+    for k, joint in enumerate(graph.joints):
+        if joint.kind == "spherical":
+            centre = np.array(at.ends[k].F.p, dtype=float)
+            for number, axis in zip(joint.coordinates, np.eye(3), strict=True):
+                screws[:, number] = np.concatenate([axis, np.cross(centre, axis)])
+    return screws
 
 
 def _onward(graph: Graph) -> dict[int, float]:
@@ -203,7 +218,7 @@ def _joints_to(graph: Graph, body: int) -> set[int]:
 def _extra_screws(graph: Graph, at: Configuration, k: int) -> FloatArray:
     """The turns about a joint's centre that it does not allow."""
     centre = np.array(at.ends[k].F.p, dtype=float)
-    own = at.screws[:3, list(graph.joints[k].coordinates)]
+    own = _full_screws(graph, at)[:3, list(graph.joints[k].coordinates)]
     _, sizes, right = np.linalg.svd(own.T) if own.size else (None, np.zeros(0), np.eye(3))
     axes = right[int((sizes > 1e-9).sum()) :]
     return np.array([np.concatenate([a, np.cross(centre, a)]) for a in axes]).reshape(-1, 6).T

@@ -224,16 +224,20 @@ def home_of(graph: Graph, tree: Tree) -> Configuration:
     held = [k for k in graph.home if k in in_tree]
     at, norm = min(
         (close(graph, tree, begin, held) for begin in _starts(graph, start)),
-        key=lambda found: (found[1] > CLOSED, _distance(graph, found[0].q, start)),
+        key=lambda found: (
+            found[1] > CLOSED or _opposed(tree, found[0]) is not None,
+            _distance(graph, found[0].q, start),
+        ),
     )
     rng = np.random.default_rng(0)
     for size in (0.02, 0.1, 0.3):  # a guess may be stationary, at right angles to what is wanted
-        if norm <= CLOSED:
+        if norm <= CLOSED and _opposed(tree, at) is None:
             break
         shake = size * rng.uniform(-1, 1, len(start)) * coordinate_scales(graph)
         shake[held] = 0.0
         other, there = close(graph, tree, start + shake, held)
-        at, norm = (other, there) if there < norm else (at, norm)
+        if there < norm or (there <= CLOSED and _opposed(tree, other) is None):
+            at, norm = other, there
     missed = [
         (abs(at.q[k] - value), k)
         for k, value in graph.home.items()
@@ -253,14 +257,27 @@ def home_of(graph: Graph, tree: Tree) -> Configuration:
             f"at joint {name}: {mm:.6g} mm and {degrees:.6g} degrees (a better [guess] may help)"
         )
     at.q[np.abs(at.q) < _NOTHING] = 0.0
-    for k in tree.cuts:
-        one_axis = graph.joints[k].kind in ("revolute", "cylindrical", "prismatic", "fixed")
-        if one_axis and axis_of(at.ends[k].F, 2) @ axis_of(at.ends[k].M, 2) < 0:
-            raise AssemblyError(
-                f"{graph.mechanism.where}: joint {graph.joints[k].name} closes with its two "
-                "axes opposed; turn the axis on one of its bodies round, or mend the guess"
-            )
+    opposed = _opposed(tree, at)
+    if opposed is not None:
+        raise AssemblyError(
+            f"{graph.mechanism.where}: joint {graph.joints[opposed].name} closes with its two axes "
+            "opposed; turn the axis on one of its bodies round, or mend the guess"
+        )
     return at
+
+
+def _opposed(tree: Tree, at: Configuration) -> int | None:
+    """A cut joint whose rows vanish although its two axes point against each other."""
+    for k in tree.cuts:
+        one_axis = at.circuits.graph.joints[k].kind in (
+            "revolute",
+            "cylindrical",
+            "prismatic",
+            "fixed",
+        )
+        if one_axis and axis_of(at.ends[k].F, 2) @ axis_of(at.ends[k].M, 2) < 0:
+            return k
+    return None
 
 
 def _starts(graph: Graph, start: FloatArray) -> list[FloatArray]:

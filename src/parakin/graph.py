@@ -186,6 +186,12 @@ class Graph:
                 group = [a if g == b else g for g in group]
         return self.tree_of(kept)
 
+    def posed_tree(self) -> Tree:
+        """The tree that keeps the platform's pose, and so cuts what carries it: at an end of its
+        range a spherical joint in the tree would seem to lack a freedom.
+        """
+        return self.tree(first=() if self.platform is None else [self.platform])
+
     def tree_of(self, kept: Sequence[int]) -> Tree:
         """The tree made of just these joints, walked from the base outwards."""
         steps: list[tuple[int, bool]] = []

@@ -215,6 +215,9 @@ def _closed_form(circuits: Circuits, block: Block, angles: _Angles, quality: lis
         b = closure.derivative(rest, row, end, k, closure.loop(rest, row.cut)[k])
         if block.form == "linear":
             angles.give(circuits, k, -c / b)
+            if not block.regular:
+                u = closure.direction(rest, row, end)
+                quality.append(mul(b, b) / dot(u, u))
             return
         u, side, _ = closure.arm(rest, row, end, k, closure.loop(rest, row.cut)[k])
         reach = sub(mul(b, b), mul(2.0 * side, c))
@@ -281,7 +284,7 @@ def _newton(
     for _ in range(steps):
         there = base.varied({k: angles.turn(k, value) for k, value in values.items()})
         gaps = [closure.value(there, row, closure.ends(there, row.cut)) for row in block.rows]
-        solved = solve(_jacobian(there, block, set(later)), [gaps], angles.functions)
+        solved = solve(_jacobian(there, block, set(later)), [gaps], angles.functions, block.lengths)
         moves = solved.solutions[0]
         figure = mul(block.sign / block.lever, solved.conditioning)
         values = {k: sub(values[k], move) for k, move in zip(values, moves, strict=True)}
@@ -358,7 +361,7 @@ def _substituted(
             columns_of = list(zip(*matrix, strict=True))
             sides = [_inner(column, sides) for column in columns_of]
             matrix = [[_inner(a, b) for b in columns_of] for a in columns_of]
-        solved = solve(matrix, [sides], functions)
+        solved = solve(matrix, [sides], functions, block.lengths)
         found |= {
             k: sub(0.0, value) for k, value in zip(block.unknowns, solved.solutions[0], strict=True)
         }

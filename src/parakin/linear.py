@@ -22,18 +22,27 @@ class Solved(NamedTuple):
 
 
 def solve(
-    matrix: Sequence[Sequence[Scalar]], sides: Sequence[Sequence[Scalar]], functions: Functions
+    matrix: Sequence[Sequence[Scalar]],
+    sides: Sequence[Sequence[Scalar]],
+    functions: Functions,
+    typical: Sequence[float] = (),
 ) -> Solved:
-    """Solve matrix x = side for every side."""
+    """Solve matrix x = side for every side.
+
+    typical: how long the rows usually are. Rows then count by the mean square of that and what
+    they are, so that one which vanishes as a whole shows in the conditioning.
+    """
     n = len(matrix)
     if n == 1:
         inverse = 1.0 / matrix[0][0]  # written as one division that later right-hand sides share
         return Solved([[mul(inverse, side[0])] for side in sides], matrix[0][0])
     lengths: Scalar = 1.0
-    for row in matrix:
+    for number, row in enumerate(matrix):
         square: Scalar = 0.0
         for entry in row:
             square = add(square, mul(entry, entry))
+        if typical:
+            square = mul(0.5, add(square, typical[number] ** 2))
         lengths = mul(lengths, square)
     if n <= 3:
         solutions, determinant = _by_minors(matrix, sides)

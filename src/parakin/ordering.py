@@ -53,7 +53,7 @@ def plan_of(
     Raises DrivenError where the driven coordinates do not determine the motion at home, or where
     no tree leaves out those joints and keeps the driven ones.
     """
-    samples = neighbours(graph, graph.tree(), home, 3) or [home]
+    samples = neighbours(graph, graph.posed_tree(), home, 3) or [home]
     idle = check_driven(graph, driven, home, samples)
     firm = {graph.coordinates[k].joint for k in (*driven, *idle)}
     tree = graph.tree(first=firm, last=cut)
@@ -76,6 +76,7 @@ def plan_of(
             "driven, and a helical joint cannot be left out of the tree"
         )
     affine = _affine(graph, driven, idle, home, samples)
+    samples = [home, *samples]  # rows are chosen at home; what they depend on holds around it too
     best = _analysed(graph, tree, driven, affine, samples)
     if not cut:
         best = _improved(graph, best, firm, driven, affine, samples)
@@ -87,7 +88,7 @@ def plan_of(
             posed = _improved(graph, posed, held, driven, affine, samples)
             best = min(best, posed, key=lambda found: _cost(found[1]) * (2 if found is best else 1))
     tree, blocks, dependence = best
-    blocks = _refined(graph, tree, blocks, dependence, [*samples, home])
+    blocks = _refined(graph, tree, blocks, dependence, [*samples[1:], home])
     here = configure(graph, tree, home.q)
     blocks = [_signed(graph, tree, block, here) for block in blocks]
     return Plan(graph, tree, tuple(driven), home.q, affine, tuple(blocks))
@@ -128,7 +129,7 @@ def check_driven(
     """
     name = graph.mechanism.where
     names = ", ".join(graph.coordinates[k].name for k in driven) or "none"
-    tree = graph.tree()
+    tree = graph.posed_tree()
     held: list[int] = []
     for at in (*samples, home):
         motions, _ = freedoms(graph, tree, configure(graph, tree, at.q))
@@ -189,7 +190,7 @@ def _affine(
 
     Those of idle freedoms rest at home.
     """
-    tree = graph.tree()
+    tree = graph.posed_tree()
     maps = []
     for at in (*samples, home):
         motions, _ = freedoms(graph, tree, configure(graph, tree, at.q))
@@ -481,13 +482,13 @@ def _quality(
     if _pitch(graph, k):
         return 0.0, Block((k,), (row,))  # neither its angle nor its advance alone: iterate
     arms = [_arm(graph, row, k, at)[:3] for at in samples]
-    worst = min(slope / size if size else 0.0 for slope, size, _ in arms)
+    worst = min(slope / size if size > _ZERO * graph.length else 0.0 for slope, size, _ in arms)
     constant = max(constant / size if size else np.inf for _, size, constant in arms)
     lever, shortest = arms[-1][1], min(size for _, size, _ in arms)
     if not angle:
         steady = all(abs(slope - size) < 1e-12 * size for slope, size, _ in arms)
         form: Form = "quadratic" if row.kind in ("centre", "rod") else "linear"
-        return worst, Block((k,), (row,), form, regular=steady or form == "linear")
+        return worst, Block((k,), (row,), form, regular=steady)
     if shortest < 1e-3 * graph.length:  # hardly any arm to turn on
         worst *= shortest / (1e-3 * graph.length)
     form = "turn" if constant < 1e-12 else "turn with constant"
@@ -551,7 +552,8 @@ def _signed(graph: Graph, tree: Tree, block: Block, home: Configuration) -> Bloc
             for r in block.rows
         ]
     )
-    scaled = matrix / np.linalg.norm(matrix, axis=1, keepdims=True)
+    lengths = np.linalg.norm(matrix, axis=1, keepdims=True)
+    scaled = matrix / np.where(lengths > 0.0, lengths, 1.0)
     determinant = float(np.linalg.det(scaled))
     if not abs(determinant) > 1e-7:
         names = ", ".join(graph.coordinates[k].name for k in block.unknowns)
@@ -561,4 +563,5 @@ def _signed(graph: Graph, tree: Tree, block: Block, home: Configuration) -> Bloc
         )
     single = block.form == "newton" and len(block.unknowns) == 1
     lever = abs(float(matrix[0, 0])) if single else block.lever
-    return replace(block, sign=float(np.sign(determinant)), lever=lever)
+    typical = tuple(lengths[:, 0].tolist()) if len(block.unknowns) > 1 else ()
+    return replace(block, sign=float(np.sign(determinant)), lever=lever, lengths=typical)

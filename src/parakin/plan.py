@@ -31,7 +31,8 @@ class Block:
     `form` says how (a single unknown has a closed form); `sign` is that of the determinant at
     home, which tells this branch from the other; `needs` are the unknowns of earlier blocks that
     the rows depend on. A `regular` block is never singular of itself;
-    `lever` is the arm an angle turns on at home [m, or as its row counts].
+    `lever` is the arm an angle turns on at home [m, or as its row counts], `lengths` those of
+    the rows of several unknowns.
     """
 
     unknowns: tuple[int, ...]
@@ -41,6 +42,7 @@ class Block:
     needs: tuple[int, ...] = ()
     regular: bool = False
     lever: float = 1.0
+    lengths: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
