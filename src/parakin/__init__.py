@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from parakin.compiler import compile
     from parakin.errors import (
         AssemblyError,
         DrivenError,
@@ -26,13 +27,13 @@ if TYPE_CHECKING:
     from parakin.mechanism import Body, Frame, Joint, Mechanism, Platform
     from parakin.motion import Motion
     from parakin.results import require_solved
-    from parakin.solver import Solver, Tick, compile
+    from parakin.solver import Solver, Tick
     from parakin.tracking import Status
 
 _ROOMS = {
     "catalogue": "files",
     "load": "files",
-    "compile": "solver",
+    "compile": "compiler",
     "Solver": "solver",
     "Tick": "solver",
     "require_solved": "results",

@@ -223,10 +223,10 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _modes(options: argparse.Namespace) -> int:
+    from parakin.compiler import compile as compile_mechanism
     from parakin.expressions import Parameters
     from parakin.files import load
     from parakin.report import modes_report
-    from parakin.solver import compile as compile_mechanism
 
     if not 1 <= options.starts <= 10**6:
         raise InputError("--starts", str(options.starts), "1 to 1,000,000")
@@ -248,9 +248,9 @@ def _modes(options: argparse.Namespace) -> int:
 
 def _solve(options: argparse.Namespace) -> int:
     from parakin import plots, tables
+    from parakin.compiler import compile as compile_mechanism
     from parakin.files import check_writable, load
     from parakin.report import singularities_report, solve_report
-    from parakin.solver import compile as compile_mechanism
 
     to_stdout = options.output == "-"
     output = None if options.output is None or to_stdout else Path(options.output)

@@ -11,7 +11,6 @@ What depends on what is found in numbers, at closed configurations near home.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,14 +32,13 @@ from parakin.assembly import (
     loop_signs,
     neighbours,
 )
+from parakin.closed_forms import refined, signed
 from parakin.closure import Row
 from parakin.errors import DrivenError
 from parakin.graph import Graph, Tree
-from parakin.plan import Affine, Block, Form, Plan
-from parakin.recursion import Turn
+from parakin.plan import Affine, Block, Plan
 
 _ZERO = 1e-9  # a derivative this small, in scaled units, is none
-_CROSSING = 0.3  # sine of the angle at which two rows cross well enough to be solved together
 _SPREAD = 0.7  # how far coordinates are thrown to see what a row does not depend on
 _FLAT = 1e-6  # a row this near to a singularity of its own, at home or near it, is of no use
 
@@ -89,9 +87,9 @@ def plan_of(
             posed = _improved(graph, posed, held, driven, affine, samples)
             best = min(best, posed, key=lambda found: _cost(found[1]) * (2 if found is best else 1))
     tree, blocks, dependence = best
-    blocks = _refined(graph, tree, blocks, dependence, [*samples[1:], home])
+    blocks = refined(graph, tree, blocks, dependence, [*samples[1:], home])
     here = configure(graph, tree, home.q)
-    blocks = [_signed(graph, tree, block, here) for block in blocks]
+    blocks = [signed(graph, tree, block, here) for block in blocks]
     return Plan(graph, tree, tuple(driven), home.q, affine, tuple(blocks))
 
 
@@ -404,157 +402,3 @@ def _sorted(pattern: BoolArray, members: NDArray[np.intp], chosen: Sequence[int]
                 blocks.append((members[match[group]].tolist(), [chosen[i] for i in group]))
                 done |= set(group)
     return blocks
-
-
-def _refined(
-    graph: Graph,
-    tree: Tree,
-    blocks: Sequence[Block],
-    dependence: Mapping[Row, frozenset[int]],
-    samples: Sequence[Configuration],
-) -> list[Block]:
-    """Single unknowns get the row that suits them best, among all that know nothing later.
-
-    Of two cranks in a dyad, the first takes a square root and the second then none. Best is the
-    row furthest from a singularity of its own, then the one that needs least.
-    """
-    at = [configure(graph, tree, sample.q) for sample in samples]
-    singles = {block.unknowns[0] for block in blocks if len(block.unknowns) == 1}
-    waiting = [block for block in blocks if len(block.unknowns) > 1]
-    solved: set[int] = set()
-    ordered: list[Block] = []
-    figures: dict[tuple[Row, int], tuple[float, Block]] = {}
-    while singles or waiting:
-        best: tuple[float, int, int, int, Block] | None = None
-        for i, (row, needs) in enumerate(dependence.items()):
-            missing = needs - solved
-            if len(missing) != 1 or not missing <= singles:
-                continue
-            (k,) = missing
-            if (row, k) not in figures:
-                figures[row, k] = _quality(graph, row, k, at)
-            figure, block = figures[row, k]
-            if figure > _FLAT:
-                key = (-round(figure, 2), len(needs), k, i)
-                if best is None or key < best[:4]:
-                    best = (*key, block)
-        if best is not None:
-            block = best[4]
-            if block.form == "turn with constant":
-                (k,) = block.unknowns
-                block = _by_two(
-                    graph, block, [r for r, n in dependence.items() if n - solved == {k}], at
-                )
-            singles -= set(block.unknowns)
-        else:
-            ready = [
-                b
-                for b in waiting
-                if all(dependence[row] <= solved | set(b.unknowns) for row in b.rows)
-            ]
-            if not ready:  # a single unknown without a usable row of its own: iterate on it
-                ready = [b for b in blocks if len(b.unknowns) == 1 and b.unknowns[0] in singles]
-                singles -= set(ready[0].unknowns)
-            else:
-                waiting.remove(ready[0])
-            block = ready[0]
-        wanted = {k for row in block.rows for k in dependence[row]} & solved
-        ordered.append(replace(block, needs=tuple(sorted(wanted))))
-        solved |= set(block.unknowns)
-    return ordered
-
-
-def _quality(
-    graph: Graph, row: Row, k: int, samples: Sequence[Configuration]
-) -> tuple[float, Block]:
-    """How far a row is from being singular in its one unknown, 0 to 1, and the block it makes.
-
-    The last sample is home.
-    """
-    angle = graph.coordinates[k].angle
-    if _pitch(graph, k):
-        return 0.0, Block((k,), (row,))  # neither its angle nor its advance alone: iterate
-    arms = [_arm(graph, row, k, at)[:3] for at in samples]
-    worst = min(slope / size if size > _ZERO * graph.length else 0.0 for slope, size, _ in arms)
-    constant = max(constant / size if size else np.inf for _, size, constant in arms)
-    lever, shortest = arms[-1][1], min(size for _, size, _ in arms)
-    if not angle:
-        steady = all(abs(slope - size) < 1e-12 * size for slope, size, _ in arms)
-        form: Form = "quadratic" if row.kind in ("centre", "rod") else "linear"
-        return worst, Block((k,), (row,), form, regular=steady)
-    if shortest < 1e-3 * graph.length:  # hardly any arm to turn on
-        worst *= shortest / (1e-3 * graph.length)
-    form = "turn" if constant < 1e-12 else "turn with constant"
-    steady = max(abs(size - lever) for _, size, _ in arms) < 1e-12 * lever
-    return worst, Block((k,), (row,), form, regular=steady, lever=lever)
-
-
-def _pitch(graph: Graph, k: int) -> float:
-    joint = graph.joints[graph.coordinates[k].joint]
-    return joint.pairs[k - joint.first].pitch
-
-
-def _by_two(
-    graph: Graph, block: Block, rows: Sequence[Row], samples: Sequence[Configuration]
-) -> Block:
-    """An angle from two rows instead of one, where an overconstrained loop has two to give.
-
-    Each row is linear in its cosine and sine and leaves two roots, that meet where its slope
-    vanishes; two rows that cross well have but one.
-    """
-    (k,) = block.unknowns
-    slopes = np.array([[_arm(graph, row, k, at)[3] for row in rows] for at in samples])
-    sizes = np.linalg.norm(slopes, axis=2, keepdims=True)
-    slopes = slopes / np.where(sizes > 1e-3 * graph.length, sizes, np.inf)
-    a, b = slopes[..., 0], slopes[..., 1]
-    across = np.abs(a[:, :, None] * b[:, None, :] - b[:, :, None] * a[:, None, :]).min(axis=0)
-    i, j = (int(n) for n in np.unravel_index(int(np.argmax(across)), across.shape))
-    if across[i, j] < _CROSSING:
-        return block
-    return Block((k,), (rows[i], rows[j]), "turn by two")
-
-
-def _arm(
-    graph: Graph, row: Row, k: int, at: Configuration
-) -> tuple[float, float, float, tuple[float, float]]:
-    """A row's slope in one coordinate, the most it could be, and, of an angle, its mean value and
-    what it owes to cosine and sine.
-    """
-    end = at.ends[row.cut]
-    side = closure.loop(at.circuits, row.cut)[k]
-    slope = abs(float(closure.derivative(at.circuits, row, end, k, side)))
-    if not graph.coordinates[k].angle:
-        u = closure.direction(at.circuits, row, end) if row.kind != "align" else (1.0, 0.0, 0.0)
-        return slope, float(np.linalg.norm(np.array(u, dtype=float))), 0.0, (0.0, 0.0)
-    values = []
-    for c, s in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)):
-        there = at.circuits.varied({k: Turn(0.0, c, s)})
-        values.append(float(closure.value(there, row, closure.ends(there, row.cut))))
-    mean = (values[0] + values[2]) / 2
-    cosine, sine = values[0] - mean, values[1] - mean
-    return slope, float(np.hypot(cosine, sine)), abs(mean), (cosine, sine)
-
-
-def _signed(graph: Graph, tree: Tree, block: Block, home: Configuration) -> Block:
-    if block.form == "turn by two":
-        return block
-    signs = loop_signs(graph, tree)
-    matrix = np.array(
-        [
-            ((functional(graph, home, r) @ home.screws) * signs[r.cut])[list(block.unknowns)]
-            for r in block.rows
-        ]
-    )
-    lengths = np.linalg.norm(matrix, axis=1, keepdims=True)
-    scaled = matrix / np.where(lengths > 0.0, lengths, 1.0)
-    determinant = float(np.linalg.det(scaled))
-    if not abs(determinant) > 1e-7:
-        names = ", ".join(graph.coordinates[k].name for k in block.unknowns)
-        raise DrivenError(
-            f"{graph.mechanism.where}: home is singular for these driven coordinates: {names} are "
-            "not determined there"
-        )
-    single = block.form == "newton" and len(block.unknowns) == 1
-    lever = abs(float(matrix[0, 0])) if single else block.lever
-    typical = tuple(lengths[:, 0].tolist()) if len(block.unknowns) > 1 else ()
-    return replace(block, sign=float(np.sign(determinant)), lever=lever, lengths=typical)

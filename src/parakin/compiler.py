@@ -1,0 +1,114 @@
+"""From a mechanism to a solver: assembled, planned for what is driven, and compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from parakin.assembly import CLOSED, Configuration, assembled, close
+from parakin.branches import branches
+from parakin.errors import AssemblyError, DrivenError, InputError, nearest
+from parakin.expressions import Value
+from parakin.files import load
+from parakin.graph import Graph, graph_of
+from parakin.kernel import Outputs, newton_unknowns
+from parakin.machine import has_machine_code
+from parakin.mechanism import Mechanism
+from parakin.ordering import plan_of
+from parakin.solver import Solver
+
+if TYPE_CHECKING:
+    pass
+
+
+def compile(
+    mechanism: Mechanism | str | Path,
+    driven: Sequence[str] | None = None,
+    *,
+    coordinates: Sequence[str] | str | None = None,
+    derivatives: int = 2,
+    checks: bool = True,
+    cut: Sequence[str] = (),
+    near: Mapping[str, float] | str | None = None,
+    machine_code: bool | None = None,
+    parameters: Mapping[str, Value] | None = None,
+) -> Solver:
+    """Compile a mechanism for a choice of driven coordinates.
+
+    mechanism: or its name in the catalogue, or its file.
+    driven: names, as many as its mobility; the mechanism's own choice if not given.
+    coordinates: which to report. By default those of a spanning tree and the platform's pose;
+    "all" adds those of the joints outside the tree and the cone angles of spherical joints.
+    derivatives: 0, 1 or 2 of them.
+    checks: False leaves out residual and conditioning; only NaN is then flagged.
+    cut: joints to leave out of the spanning tree that is solved; by default those that make the
+    smallest systems. It changes the speed and not the result.
+    near: another assembly: its coordinates, as a `Branch` has them, or its name as
+    `Solver.branches` and `parakin modes` tell it. The solver's home is the closed configuration
+    nearest to it, and its branch the one followed.
+    machine_code: False runs on NumPy arrays; None takes machine code where heyoka is installed.
+    parameters: overrides by name.
+    Raises InputError, AssemblyError, DrivenError.
+    """
+    if not isinstance(mechanism, Mechanism):
+        mechanism = load(mechanism)
+    if parameters:
+        mechanism = mechanism.with_parameters(parameters)
+    graph = graph_of(mechanism)
+    names = tuple(mechanism.driven if driven is None else driven)
+    if not names:
+        raise DrivenError(f"{mechanism.where}: no driven coordinates are given")
+    if len(set(names)) < len(names):
+        raise DrivenError(f"{mechanism.where}: a coordinate is driven twice: {', '.join(names)}")
+    numbers = [graph.index(name, f"{mechanism.where}: driven") for name in names]
+    joints = [joint.name for joint in graph.joints]
+    for name in cut:
+        if name not in joints:
+            raise InputError("cut", f"unknown joint {name!r}", nearest(name, joints))
+    home = assembled(graph)
+    if isinstance(near, str):
+        search = branches(plan_of(graph, numbers, home))
+        named = {branch.name: branch.coordinates for branch in search.branches}
+        if near not in named:
+            raise InputError("near", f"unknown branch {near!r}", nearest(near, named))
+        near = named[near]
+    if near is not None:
+        home = _near(graph, home, numbers, near)
+    plan = plan_of(graph, numbers, home, [joints.index(name) for name in cut])
+    chosen = list(_chosen(graph, coordinates))
+    if derivatives or checks:
+        chosen += [k for k in newton_unknowns(plan) if k not in chosen]
+    outputs = Outputs(tuple(chosen), derivatives, checks)
+    code = has_machine_code() if machine_code is None else machine_code
+    return Solver(graph, plan, outputs, machine_code=code)
+
+
+def _near(
+    graph: Graph, home: Configuration, driven: Sequence[int], near: Mapping[str, float]
+) -> Configuration:
+    """The closed configuration nearest to given coordinates. Raises AssemblyError."""
+    start = home.q.copy()
+    for name, value in near.items():
+        k = graph.index(name, "near")
+        start[k] = value + (home.q[k] if k in graph.from_home else 0.0)
+    tree = graph.tree(first={graph.coordinates[k].joint for k in driven})
+    at, norm = close(graph, tree, start, held=driven)
+    if norm > CLOSED:
+        raise AssemblyError(f"{graph.mechanism.where}: no closed configuration near the one given")
+    return at
+
+
+def _chosen(graph: Graph, coordinates: Sequence[str] | str | None) -> list[int | str]:
+    if isinstance(coordinates, str) and coordinates != "all":
+        coordinates = [coordinates]
+    if coordinates is None:
+        inside = [n for k, _ in graph.tree().steps for n in graph.joints[k].coordinates]
+        if graph.platform is not None:
+            inside += graph.joints[graph.platform].coordinates
+        return sorted(set(inside))
+    if coordinates == "all":
+        return [*range(len(graph.coordinates)), *graph.cones]
+    return [
+        name if name in graph.cones else graph.index(name, "coordinates") for name in coordinates
+    ]
