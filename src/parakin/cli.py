@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from parakin.report import Extremes
 
 _WINDOW = 100_000
-_COMMANDS = ("list", "check", "solve")
+_COMMANDS = ("list", "check", "modes", "solve")
 _PATIENCE = 1.0  # seconds before there is a progress bar
 _WIDE = 1000  # columns; rows of numbers are never folded
 _EPILOG = """examples:
