@@ -8,12 +8,12 @@ out as NaN, one close to singular with a small `conditioning`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from parakin import closure
 from parakin.closure import Row
+from parakin.connectivity import System, jacobian, signed_square, substituted
 from parakin.linear import solve
 from parakin.plan import Block, Plan
 from parakin.recursion import (
@@ -83,23 +83,23 @@ def trace(
             last, figure = _newton(circuits, block, angles, guesses, steps)
             moves += last
             if outputs.derivatives == 0:
-                quality.append(_signed_square(figure, functions))
+                quality.append(signed_square(figure, functions))
         else:
             _closed_form(circuits, block, angles, quality)
     results: list[Scalar] = []
     if outputs.derivatives > 0:
-        systems = [_System.of(circuits, block) for block in plan.blocks]
+        systems = [System.of(circuits, block) for block in plan.blocks]
         circuits.rates |= {k: _mix(plan, k, driven_rates) for k in plan.affine}
         circuits.rates |= dict.fromkeys(_unknowns(plan), 0.0)
         drifts = [system.drifts(circuits, closure.rate) for system in systems]
-        rates, figures = _substituted(plan, systems, drifts, functions)
+        rates, figures = substituted(plan, systems, drifts, functions)
         circuits.quicken(rates=rates)
         quality += figures
         if outputs.derivatives > 1:
             circuits.second |= {k: _mix(plan, k, driven_second) for k in plan.affine}
             circuits.second |= dict.fromkeys(_unknowns(plan), 0.0)
             drifts = [system.drifts(circuits, closure.acceleration) for system in systems]
-            circuits.quicken(second=_substituted(plan, systems, drifts, functions)[0])
+            circuits.quicken(second=substituted(plan, systems, drifts, functions)[0])
     columns = [
         _output(plan, circuits, name, angles, outputs.derivatives) for name in outputs.coordinates
     ]
@@ -123,10 +123,6 @@ def _least(figures: Sequence[Scalar], functions: Functions) -> Scalar:
     for figure in figures:
         least = functions.minimum(least, figure)
     return least
-
-
-def _signed_square(a: Scalar, functions: Functions) -> Scalar:
-    return mul(a, functions.sqrt(mul(a, a)))
 
 
 def _signed_root(a: Scalar, functions: Functions) -> Scalar:
@@ -284,98 +280,13 @@ def _newton(
     for _ in range(steps):
         there = base.varied({k: angles.turn(k, value) for k, value in values.items()})
         gaps = [closure.value(there, row, closure.ends(there, row.cut)) for row in block.rows]
-        solved = solve(_jacobian(there, block, set(later)), [gaps], angles.functions, block.lengths)
+        solved = solve(jacobian(there, block, set(later)), [gaps], angles.functions, block.lengths)
         moves = solved.solutions[0]
         figure = mul(block.sign / block.lever, solved.conditioning)
         values = {k: sub(values[k], move) for k, move in zip(values, moves, strict=True)}
     for k, value in values.items():
         angles.give(circuits, k, value)
     return moves, figure
-
-
-def _jacobian(circuits: Circuits, block: Block, later: Collection[int] = ()) -> list[list[Scalar]]:
-    """The rows' slopes; loops with coordinates still to come (`later`) are open."""
-    matrix: list[list[Scalar]] = []
-    for row in block.rows:
-        end, sides = closure.ends(circuits, row.cut), closure.loop(circuits, row.cut)
-        open_ = not sides.keys().isdisjoint(later)
-        matrix.append(
-            [
-                closure.derivative(circuits, row, end, k, sides[k], open_=open_)
-                if k in sides
-                else 0.0
-                for k in block.unknowns
-            ]
-        )
-    return matrix
-
-
-class _System(NamedTuple):
-    """A block's rows as the matrix conditions of connectivity (eq. 10): columns by coordinate."""
-
-    block: Block
-    ends: list[closure.Ends]
-    own: list[list[Scalar]]
-    earlier: list[dict[int, Scalar]]
-
-    @classmethod
-    def of(cls, circuits: Circuits, block: Block) -> _System:
-        ends = [closure.ends(circuits, row.cut) for row in block.rows]
-        earlier: list[dict[int, Scalar]] = []
-        for row, end in zip(block.rows, ends, strict=True):
-            sides = closure.loop(circuits, row.cut)
-            earlier.append(
-                {
-                    k: closure.derivative(circuits, row, end, k, sides[k])
-                    for k in block.needs
-                    if k in sides
-                }
-            )
-        return cls(block, ends, _jacobian(circuits, block), earlier)
-
-    def drifts(
-        self, circuits: Circuits, of: Callable[[Circuits, Row, closure.Ends], Scalar]
-    ) -> list[Scalar]:
-        """How the rows change while every unknown rests (or keeps its rate)."""
-        return [of(circuits, row, e) for row, e in zip(self.block.rows, self.ends, strict=True)]
-
-
-def _substituted(
-    plan: Plan,
-    systems: Sequence[_System],
-    drifts: Sequence[Sequence[Scalar]],
-    functions: Functions,
-) -> tuple[dict[int, Scalar], list[Scalar]]:
-    """The unknowns' rates block by block: what the rows drift, and what is found, add to zero."""
-    found: dict[int, Scalar] = {}
-    figures: list[Scalar] = []
-    for block, system, drift in zip(plan.blocks, systems, drifts, strict=True):
-        sides: list[Scalar] = []
-        for start, columns in zip(drift, system.earlier, strict=True):
-            side = start
-            for k, slope in columns.items():
-                side = add(side, mul(slope, found[k]))
-            sides.append(side)
-        matrix: Sequence[Sequence[Scalar]] = system.own
-        if len(matrix) > len(block.unknowns):  # more rows than unknowns: by least squares
-            columns_of = list(zip(*matrix, strict=True))
-            sides = [_inner(column, sides) for column in columns_of]
-            matrix = [[_inner(a, b) for b in columns_of] for a in columns_of]
-        solved = solve(matrix, [sides], functions, block.lengths)
-        found |= {
-            k: sub(0.0, value) for k, value in zip(block.unknowns, solved.solutions[0], strict=True)
-        }
-        if block.form == "newton":
-            figure = mul(block.sign / block.lever, solved.conditioning)
-            figures.append(_signed_square(figure, functions))
-    return found, figures
-
-
-def _inner(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
-    total: Scalar = 0.0
-    for x, y in zip(a, b, strict=True):
-        total = add(total, mul(x, y))
-    return total
 
 
 def _output(
@@ -405,10 +316,6 @@ def _output(
         circuits, cut, end, middle, accelerations=derivatives > 1
     )
     return value, rates[name], second_rates.get(name, 0.0)
-
-
-def canonical(plan: Plan) -> list[Row]:
-    return [r for k in plan.tree.cuts for r in closure.canonical_rows(plan.graph.joints[k], k)]
 
 
 def _residual(plan: Plan, circuits: Circuits, functions: Functions) -> Scalar:

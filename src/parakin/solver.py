@@ -18,7 +18,7 @@ from parakin.errors import InputError, nearest
 from parakin.files import load_motion
 from parakin.graph import Graph
 from parakin.kernel import Outputs, newton_unknowns
-from parakin.machine import Kernel, input_count, make_kernel, output_count
+from parakin.machine import Kernel, make_kernel, output_count
 from parakin.motion import Motion, Samples
 from parakin.plan import Plan
 from parakin.results import dataset
@@ -86,7 +86,6 @@ class Solver:
         self._iterated = newton_unknowns(plan)
         self._kernel = make_kernel(plan, outputs, machine_code=machine_code, steps=_STEPS)
         self._body_kernels: dict[tuple[tuple[int, tuple[float, ...]], ...], Kernel] = {}
-        self._inputs = input_count(plan, outputs)
         self._results = output_count(outputs)
 
     def _name(self, coordinate: int | str) -> str:
