@@ -218,6 +218,22 @@ def test_one_pose_needs_no_motion(compiled: Compiled) -> None:
     assert np.isnan(lost.position).all()
 
 
+def test_a_solver_that_iterates_keeps_its_checks(reading: bool) -> None:
+    solver = parakin.compile(
+        "flight-simulator",
+        ["A2", "B3", "C3"],
+        coordinates=["platform.x"],
+        derivatives=0,
+        checks=False,
+        machine_code=reading,
+    )
+    home = [solver.home[name] for name in solver.driven]
+    tick = solver.at(home)
+    assert tick.status == Status.CONVERGED
+    assert tick.position[0] == pytest.approx(1.85, abs=1e-12)
+    assert solver.at([9.0, *home[1:]]).status != Status.CONVERGED
+
+
 def test_a_guess_chooses_the_turn_of_an_angle(reading: bool) -> None:
     solver = parakin.compile(slider_crank(), ["A"], machine_code=reading)
     near = solver.at([0.5])

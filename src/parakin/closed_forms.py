@@ -10,9 +10,9 @@ import numpy as np
 from parakin import closure
 from parakin.assembly import (
     Configuration,
+    FloatArray,
     configure,
     functional,
-    loop_signs,
 )
 from parakin.closure import Row
 from parakin.errors import DrivenError
@@ -154,10 +154,11 @@ def _arm(
     return slope, float(np.hypot(cosine, sine)), abs(mean), (cosine, sine)
 
 
-def signed(graph: Graph, tree: Tree, block: Block, home: Configuration) -> Block:
+def signed(
+    graph: Graph, signs: Mapping[int, FloatArray], block: Block, home: Configuration
+) -> Block:
     if block.form == "turn by two":
         return block
-    signs = loop_signs(graph, tree)
     matrix = np.array(
         [
             ((functional(graph, home, r) @ home.screws) * signs[r.cut])[list(block.unknowns)]

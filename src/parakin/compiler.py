@@ -41,7 +41,8 @@ def compile(
     coordinates: which to report. By default those of a spanning tree and the platform's pose;
     "all" adds those of the joints outside the tree and the cone angles of spherical joints.
     derivatives: 0, 1 or 2 of them.
-    checks: False leaves out residual and conditioning; only NaN is then flagged.
+    checks: False leaves out residual and conditioning; only NaN is then flagged. A solver that
+    iterates needs them and keeps them.
     cut: joints to leave out of the spanning tree that is solved; by default those that make the
     smallest systems. It changes the speed and not the result.
     near: another assembly: its coordinates, as a `Branch` has them, or its name as
@@ -77,9 +78,9 @@ def compile(
         home = _near(graph, home, numbers, near)
     plan = plan_of(graph, numbers, home, [joints.index(name) for name in cut])
     chosen = list(_chosen(graph, coordinates))
-    if derivatives or checks:
-        chosen += [k for k in newton_unknowns(plan) if k not in chosen]
-    outputs = Outputs(tuple(chosen), derivatives, checks)
+    iterated = newton_unknowns(plan)  # found and checked by the solver, whoever asks for them
+    chosen += [k for k in iterated if k not in chosen]
+    outputs = Outputs(tuple(chosen), derivatives, checks or bool(iterated))
     code = has_machine_code() if machine_code is None else machine_code
     return Solver(graph, plan, outputs, machine_code=code)
 

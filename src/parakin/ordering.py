@@ -40,7 +40,6 @@ from parakin.plan import Affine, Block, Plan
 
 _ZERO = 1e-9  # a derivative this small, in scaled units, is none
 _SPREAD = 0.7  # how far coordinates are thrown to see what a row does not depend on
-_FLAT = 1e-6  # a row this near to a singularity of its own, at home or near it, is of no use
 
 
 def plan_of(
@@ -89,7 +88,8 @@ def plan_of(
     tree, blocks, dependence = best
     blocks = refined(graph, tree, blocks, dependence, [*samples[1:], home])
     here = configure(graph, tree, home.q)
-    blocks = [signed(graph, tree, block, here) for block in blocks]
+    signs = loop_signs(graph, tree)
+    blocks = [signed(graph, signs, block, here) for block in blocks]
     return Plan(graph, tree, tuple(driven), home.q, affine, tuple(blocks))
 
 
