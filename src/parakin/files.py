@@ -29,12 +29,19 @@ _COORDINATE_TABLES = ("home", "stated", "guess", "limits")
 
 def catalogue() -> dict[str, str]:
     """Mechanisms that come with parakin: name and title."""
-    found = {}
-    for entry in _catalogue_folder().iterdir():
-        if entry.name.endswith(".toml"):
-            title = tomllib.loads(entry.read_text("utf-8")).get("title", "")
-            found[entry.name.removesuffix(".toml")] = str(title)
-    return dict(sorted(found.items()))
+    return {
+        name: str(tomllib.loads(_catalogue_text(name)).get("title", ""))
+        for name in _catalogue_names()
+    }
+
+
+def _catalogue_names() -> list[str]:
+    files = (entry.name for entry in _catalogue_folder().iterdir())
+    return sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml"))
+
+
+def _catalogue_text(name: str) -> str:
+    return str((_catalogue_folder() / f"{name}.toml").read_text("utf-8"))
 
 
 def _catalogue_folder() -> Any:
@@ -68,9 +75,9 @@ def expanded(mechanism: str | Path, parameters: Mapping[str, Value] | None = Non
 def _tables(mechanism: str | Path) -> tuple[dict[str, Any], str]:
     """The tables of a mechanism's file, laid over those it is a variant of, and its name."""
     path = Path(mechanism)
-    known = catalogue()
+    known = _catalogue_names()
     if str(mechanism) in known:
-        text = (_catalogue_folder() / f"{mechanism}.toml").read_text("utf-8")
+        text = _catalogue_text(str(mechanism))
         origin = str(mechanism)
     elif isinstance(mechanism, str) and _is_name(mechanism):
         expected = f"a file, or {nearest(mechanism, known)}"
@@ -93,9 +100,11 @@ def _with_original(table: dict[str, Any], origin: str) -> dict[str, Any]:
     name = table.pop("variant_of", None)
     if name is None:
         return table
-    if not isinstance(name, str) or name not in catalogue():
-        raise InputError(f"{origin}: variant_of", repr(name), nearest(str(name), catalogue()))
-    text = (_catalogue_folder() / f"{name}.toml").read_text("utf-8")
+    if not isinstance(name, str) or name not in _catalogue_names():
+        raise InputError(
+            f"{origin}: variant_of", repr(name), nearest(str(name), _catalogue_names())
+        )
+    text = _catalogue_text(name)
     original = _with_original(parse_toml(text, name), name)
     for key in ("bodies", "joints"):
         for inner, changes in _table(table.get(key, {}), f"{origin}: {key}").items():
