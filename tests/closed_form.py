@@ -55,22 +55,30 @@ class Parameters:
 
 @dataclass(frozen=True)
 class Jet:
-    """A function of time to second order: its value, first and second derivative."""
+    """A function of time to third order: its value and three derivatives."""
 
     value: Number
     rate: Number = 0
     accel: Number = 0
+    jerk: Number = 0
 
-    def _chain(self, f: Number, df: Number, ddf: Number) -> Jet:
-        """f(self), from f and its first two derivatives at self.value."""
-        return Jet(f, df * self.rate, ddf * self.rate**2 + df * self.accel)
+    def _chain(self, f: Number, df: Number, ddf: Number, dddf: Number) -> Jet:
+        """f(self), from f and its first three derivatives at self.value (Faà di Bruno)."""
+        return Jet(
+            f,
+            df * self.rate,
+            ddf * self.rate**2 + df * self.accel,
+            dddf * self.rate**3 + 3 * ddf * self.rate * self.accel + df * self.jerk,
+        )
 
     def __add__(self, other: Jet | Number) -> Jet:
         o = jet(other)
-        return Jet(self.value + o.value, self.rate + o.rate, self.accel + o.accel)
+        return Jet(
+            self.value + o.value, self.rate + o.rate, self.accel + o.accel, self.jerk + o.jerk
+        )
 
     def __neg__(self) -> Jet:
-        return Jet(-self.value, -self.rate, -self.accel)
+        return Jet(-self.value, -self.rate, -self.accel, -self.jerk)
 
     def __sub__(self, other: Jet | Number) -> Jet:
         return self + -jet(other)
@@ -84,11 +92,15 @@ class Jet:
             self.value * o.value,
             self.rate * o.value + self.value * o.rate,
             self.accel * o.value + 2 * self.rate * o.rate + self.value * o.accel,
+            self.jerk * o.value
+            + 3 * self.accel * o.rate
+            + 3 * self.rate * o.accel
+            + self.value * o.jerk,
         )
 
     def __truediv__(self, other: Jet | Number) -> Jet:
         o = jet(other)
-        return self * o._chain(1 / o.value, -1 / o.value**2, 2 / o.value**3)
+        return self * o._chain(1 / o.value, -1 / o.value**2, 2 / o.value**3, -6 / o.value**4)
 
     def __rtruediv__(self, other: Jet | Number) -> Jet:
         return jet(other) / self
@@ -103,27 +115,26 @@ def jet(x: Jet | Number) -> Jet:
 
 def sin(x: Jet) -> Jet:
     s, c = MP.sin(x.value), MP.cos(x.value)
-    return x._chain(s, c, -s)
+    return x._chain(s, c, -s, -c)
 
 
 def cos(x: Jet) -> Jet:
     s, c = MP.sin(x.value), MP.cos(x.value)
-    return x._chain(c, -s, -c)
+    return x._chain(c, -s, -c, s)
 
 
 def sqrt(x: Jet) -> Jet:
     if x.value <= 0:
         raise ValueError("out of reach: the circles, or the circle and the line, do not intersect")
     root = MP.sqrt(x.value)
-    return x._chain(root, 1 / (2 * root), -1 / (4 * root**3))
+    return x._chain(root, 1 / (2 * root), -1 / (4 * root**3), 3 / (8 * root**5))
 
 
 def atan2(y: Jet, x: Jet) -> Jet:
-    """The angle of (x, y). Its rate is (x y' - y x') / r^2, which is differentiated once more."""
-    square = x * x + y * y
-    rate = (x.value * y.rate - y.value * x.rate) / square.value
-    accel = (x.value * y.accel - y.value * x.accel - rate * square.rate) / square.value
-    return Jet(MP.atan2(y.value, x.value), rate, accel)
+    """The angle of (x, y). Its rate is (x y' - y x') / r^2, which is differentiated twice more."""
+    turning = x * Jet(y.rate, y.accel, y.jerk) - y * Jet(x.rate, x.accel, x.jerk)
+    rate = turning / (x * x + y * y)
+    return Jet(MP.atan2(y.value, x.value), rate.value, rate.rate, rate.accel)
 
 
 def _rod(p: Parameters, x: Jet, y: Jet, side: int = 1) -> tuple[Jet, Jet]:

@@ -1,4 +1,4 @@
-"""The kernel's elementary functions on second-order jets: automatic differentiation, 40 digits."""
+"""The kernel's elementary functions on third-order jets: automatic differentiation, 40 digits."""
 
 from __future__ import annotations
 

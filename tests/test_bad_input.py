@@ -676,7 +676,7 @@ def test_a_motion_that_says_something_wrong(
         (["missing.csv"], "missing.csv: found no such file or directory; expected a readable"),
         (["folder.csv"], "folder.csv: found"),
         (["empty.csv"], "empty.csv: found"),
-        (["other.csv"], "other.csv, column 2: found 'B'; expected one of: A, A.acceleration, A.p"),
+        (["other.csv"], "other.csv, column 2: found 'B'; expected one of: A, A.acceleration, A.j"),
         (["motion.toml", "--rate", "0"], "rate: found 0; expected a positive number"),
         (["motion.toml", "--rate", "nan"], "rate: found nan; expected a positive number"),
         (["motion.toml", "--rate", "fast"], "argument --rate: found 'fast'; expected a number"),

@@ -1,4 +1,4 @@
-"""Every catalogue entry: velocities and accelerations against automatic differentiation."""
+"""Every catalogue entry: velocities, accelerations and jerks against automatic differentiation."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from closed_form import MP, Jet, jet
 from jets import jet_functions
 
 import parakin
+from parakin.graph import graph_of
 from parakin.kernel import Outputs, newton_unknowns, trace
 
 NAMES = [name for name in parakin.catalogue() if name != "flight-simulator-upu"]
@@ -15,12 +16,14 @@ NAMES = [name for name in parakin.catalogue() if name != "flight-simulator-upu"]
 
 @pytest.mark.parametrize("name", NAMES)
 def test_rates_agree_with_automatic_differentiation(name: str) -> None:
-    solver = parakin.compile(name, machine_code=False)
-    graph, plan = solver.graph, solver.plan
+    graph = graph_of(parakin.load(name))
+    every = [c.name for c in graph.coordinates]
+    solver = parakin.compile(name, coordinates=every, derivatives=3, machine_code=False)
+    plan = solver.plan
     motion = solver.motion(list(solver.mechanism.motions)[-1], rate=50)
     i = int(0.37 * motion.count)
     result = parakin.require_solved(solver.solve(motion)).isel(time=i)
-    driven = [motion.window(i, i + 1)[k][:, 0] for k in (1, 2, 3)]
+    driven = [order[:, 0] for order in motion.window(i, i + 1).orders]
     place = dict(zip(motion.coordinates, range(len(motion.coordinates)), strict=True))
     jets = [Jet(*(MP.mpf(order[place[n]]) for order in driven)) for n in solver.driven]
     numbers = [graph.index(n, "test") for n in solver.coordinates]
@@ -30,9 +33,10 @@ def test_rates_agree_with_automatic_differentiation(name: str) -> None:
         for k in newton_unknowns(plan)
     ]
     outputs = Outputs(tuple(numbers), derivatives=0)
-    exact = [jet(x) for x in trace(plan, jets, [], [], started, jet_functions(), outputs, 3)]
+    exact = [jet(x) for x in trace(plan, [jets], started, jet_functions(), outputs, 3)]
     assert float(exact[len(numbers)].value) < 1e-12 * graph.length
-    for order, part in (("position", "value"), ("velocity", "rate"), ("acceleration", "accel")):
+    parts = {"position": "value", "velocity": "rate", "acceleration": "accel", "jerk": "jerk"}
+    for order, part in parts.items():
         expected = np.array([float(getattr(x, part)) for x in exact[: len(numbers)]])
         if order == "position":  # up to whole turns
             at_home = np.round((result.position.values - expected) / (2 * np.pi))

@@ -85,11 +85,20 @@ def test_laws_and_their_derivatives_agree_with_forty_digits(name: str) -> None:
     with mp.workdps(40):
         reference = [
             [float(mp.diff(same_in_mpmath(name), mp.mpf(float(x)), order)) for x in t]
-            for order in range(3)
+            for order in range(4)
         ]
     for got, expected in zip(LAWS[name](t), reference, strict=True):
         # Angles reach 2π·3 Hz·2.2 s, about 40 rad; the polynomials cancel about 100-fold at u = 1.
         assert_allclose(got, expected, rtol=0, atol=200 * EPS * max(1, np.abs(expected).max()))
+
+
+def test_a_law_may_leave_out_the_jerk_and_no_more() -> None:
+    drive = from_laws("m", {"x": lambda t: LAWS["sine"](t)[:3], "y": LAWS["cosine"]}, 1.0, 10.0)
+    samples = drive.samples()
+    assert samples.jerk is None
+    assert_array_equal(samples.acceleration[1], LAWS["cosine"](samples.time)[2])
+    with pytest.raises(InputError, match="2 arrays from the law of 'x'; expected position, vel"):
+        from_laws("m", {"x": lambda t: LAWS["sine"](t)[:2]}, 1.0, 10.0).samples()
 
 
 def test_cosine_is_equation_6_of_the_paper() -> None:
@@ -122,7 +131,7 @@ def test_rest_to_rest_laws_rest_at_and_beyond_both_ends(
 ) -> None:
     law = make(start, by, duration, begin)
     ends = np.array([begin - 1, begin, begin + duration, begin + duration + 1])
-    position, velocity, acceleration = law(ends)
+    position, velocity, acceleration, _ = law(ends)
     scale = abs(start) + abs(by)
     # The coefficients of the polynomials amount to 209: so many roundings at most.
     assert_allclose(
@@ -149,14 +158,14 @@ def test_waypoints_are_met_and_begin_and_end_at_rest(
     times = np.cumsum([0.5, *steps])
     x = np.array(values[: len(times)])
     law = motion.waypoints(times, x)
-    position, velocity, acceleration = law(times)
+    position, velocity, acceleration, _ = law(times)
     # Ten times as fine steps reach ten thousandfold the fourth derivative: hence 1e-9.
     assert_allclose(position, x, atol=1e-9, rtol=0)
     assert_array_equal(velocity[[0, -1]], 0)
     assert_array_equal(acceleration[[0, -1]], 0)
     beyond = law(np.array([0.0, times[-1] + 1]))
     assert_allclose(beyond[0], x[[0, -1]], atol=1e-9)
-    assert_array_equal(beyond[1:], np.zeros((2, 2)))
+    assert_array_equal(beyond[1:], np.zeros((3, 2)))
 
 
 def test_two_waypoints_are_the_polynomial345() -> None:
@@ -176,10 +185,11 @@ def test_waypoints_are_smooth_between() -> None:
             assert_allclose(a, b, atol=1e-5)  # the jerk, below 1e3, over 2e-9 s
     t = np.linspace(0.01, 1.99, 100)
     h = 1e-4  # central differences: h² x'''/6 with x''' and x'''' below 1e4, and rounding ε/h
-    _, velocity, acceleration = law(t)
+    _, velocity, acceleration, jerk = law(t)
     ahead, behind = law(t + h), law(t - h)
     assert_allclose((ahead[0] - behind[0]) / (2 * h), velocity, atol=1e-4)
     assert_allclose((ahead[1] - behind[1]) / (2 * h), acceleration, atol=1e-3)
+    assert_allclose((ahead[2] - behind[2]) / (2 * h), jerk, atol=0.1)  # of some hundreds
 
 
 @pytest.mark.parametrize(
@@ -225,7 +235,7 @@ def test_a_window_is_a_slice_of_the_samples() -> None:
     def check(start: int, stop: int) -> None:
         part = drive.window(start, stop)
         assert_array_equal(part.time, everything.time[start:stop])
-        for got, expected in zip(part[1:], everything[1:], strict=True):
+        for got, expected in zip(part.orders, everything.orders, strict=True):
             assert got.flags.c_contiguous
             assert got.shape == (len(LAWS), max(0, stop - start))
             # To rounding: vector and scalar sines may differ in the last digit.
@@ -281,7 +291,7 @@ def test_reordered() -> None:
     assert turned.coordinates == ("c", "a", "b")
     part = turned.window(2, 5)
     assert_array_equal(part.position, [[3] * 3, [1] * 3, [2] * 3])
-    assert all(rows.flags.c_contiguous for rows in part)
+    assert all(rows.flags.c_contiguous for rows in part.orders)
 
 
 @pytest.mark.parametrize(
@@ -302,10 +312,10 @@ def test_reordered_refuses(wanted: list[str], message: str) -> None:
 # ---- samples
 
 
-def wave(t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def wave(t: FloatArray) -> tuple[FloatArray, ...]:
     """Two coordinates: amplitude 1 m at 1 Hz, and 0.5 rad at 0.3 Hz; (2, n) each."""
     one, other = motion.sine(0.2, 1.0, 1.0, 0.3)(t), motion.sine(-0.1, 0.5, 0.3)(t)
-    return np.stack([one[0], other[0]]), np.stack([one[1], other[1]]), np.stack([one[2], other[2]])
+    return tuple(np.stack(pair) for pair in zip(one, other, strict=True))
 
 
 def uneven(n: int, seed: int = 1) -> FloatArray:
@@ -320,7 +330,7 @@ def test_given_derivatives_are_taken_as_given() -> None:
     assert drive.derivatives == "given"
     assert drive.count == 200
     samples = drive.samples()
-    for got, expected in zip(samples, (t, *wave(t)), strict=True):
+    for got, expected in zip(samples.orders, wave(t), strict=True):
         assert_array_equal(got, expected)
         assert got.flags.c_contiguous
 
@@ -329,12 +339,12 @@ def test_given_derivatives_are_taken_as_given() -> None:
 @given(st.integers(0, 50), st.integers(0, 50))
 def test_a_window_of_arrays_is_a_slice_and_the_callers_own(start: int, stop: int) -> None:
     t = uneven(50)
-    p, v, a = wave(t)
-    drive = from_arrays("m", ["x", "y"], t, p, v, a)
+    p, v, a, j = wave(t)
+    drive = from_arrays("m", ["x", "y"], t, p, v, a, j)
     expected = drive.samples()
     part = drive.window(start, stop)
     p[:] = 0  # what the motion was made from
-    for got, whole in zip(part[1:], expected[1:], strict=True):
+    for got, whole in zip(part.orders, expected.orders, strict=True):
         assert got.flags.c_contiguous
         assert_array_equal(got, whole[:, start:stop])
         got[:] = np.nan
@@ -349,13 +359,15 @@ def test_the_splines_derivatives_of_uneven_samples(origin: float) -> None:
     seen = stamps - origin
     drive = from_arrays("m", ["x", "y"], stamps, wave(seen)[0])
     assert drive.derivatives == "quintic spline"
-    time, position, velocity, acceleration = drive.samples()
-    _, v, a = wave(seen)
+    time, position, velocity, acceleration, jerk = drive.samples()
+    _, v, a, j = wave(seen)
     assert_array_equal(time, stamps)
     assert_array_equal(position, wave(seen)[0])
     h, sixth = np.diff(seen).max(), (2 * np.pi) ** 6
     assert_allclose(velocity, v, rtol=0, atol=h**5 * sixth)
     assert_allclose(acceleration, a, rtol=0, atol=h**4 * sixth)
+    assert jerk is not None
+    assert_allclose(jerk, j, rtol=0, atol=h**3 * sixth)
 
 
 @PATIENT
@@ -366,7 +378,7 @@ def test_the_splines_derivatives_of_uneven_samples(origin: float) -> None:
 def test_the_spline_reproduces_quintics(coefficients: list[float], steps: list[float]) -> None:
     t = np.cumsum(steps) / len(steps)
     p = np.polynomial.Polynomial(coefficients)
-    _, position, velocity, acceleration = from_arrays("m", ["x"], t, [p(t)]).samples()
+    _, position, velocity, acceleration, _ = from_arrays("m", ["x"], t, [p(t)]).samples()
     assert_array_equal(position[0], p(t))
     # Rounding, amplified by 1/h and 1/h² with h down to 0.01 s and by the splines' uneven knots.
     assert_allclose(velocity[0], p.deriv()(t), atol=1e-9, rtol=0)
@@ -381,11 +393,11 @@ def test_smoothing_recovers_the_derivatives(n: int) -> None:
     """
     sigma, h = 1e-3, 3 / 8
     t = uneven(n, seed=2)
-    p, v, a = wave(t)
+    p, v, a, _ = wave(t)
     noisy = p + sigma * np.random.default_rng(3).standard_normal(p.shape)
     drive = from_arrays("m", ["x", "y"], t, noisy, smoothing={"x": sigma, "y": sigma})
     assert drive.derivatives == "smoothed quintic spline (noise x 0.001, y 0.001)"
-    _, position, velocity, acceleration = drive.samples()
+    _, position, velocity, acceleration, _ = drive.samples()
     b = sigma * np.sqrt(6 * np.sqrt(2 / n) + 13 / n)
     assert np.sqrt(np.mean((position - p) ** 2)) < b
     assert np.sqrt(np.mean((velocity - v) ** 2)) < 10 * b / h
@@ -398,7 +410,7 @@ def test_smoothing_recovers_the_derivatives(n: int) -> None:
 
 def test_smoothing_of_one_coordinate_leaves_the_other() -> None:
     t = uneven(300)
-    p, _, _ = wave(t)
+    p = wave(t)[0]
     noisy = p + 1e-3 * np.random.default_rng(5).standard_normal(p.shape)
     samples = from_arrays("m", ["x", "y"], t, noisy, smoothing={"y": 1e-3}).samples()
     assert_array_equal(samples.position[0], noisy[0])
@@ -426,8 +438,8 @@ def test_a_repeated_sample_is_dropped_and_said() -> None:
 def arrays(**changes: Any) -> dict[str, Any]:
     """Good arguments of from_arrays, some of them replaced."""
     t = np.linspace(0, 1, 50)
-    p, v, a = wave(t)
-    good = {"time": t, "position": p, "velocity": v, "acceleration": a}
+    p, v, a, _ = wave(t)
+    good = {"time": t, "position": p, "velocity": v, "acceleration": a, "jerk": None}
     return {"name": "m", "coordinates": ["x", "y"], **good, **changes}
 
 
@@ -526,6 +538,12 @@ REFUSED: list[tuple[str, dict[str, Any], list[str]]] = [
         {"time": with_value(GOOD["time"], 7, GOOD["time"][6] + 1e-7), **POSITIONS_ONLY},
         ["'x': found steps from 1e-07 s to 0.0408162 s", "within a factor of 10,000"],
     ),
+    ("jerk alone", {"jerk": GOOD["position"], **POSITIONS_ONLY}, ["found jerk alone"]),
+    (
+        "jerk in other units",
+        {"jerk": 1e3 * wave(GOOD["time"])[3]},
+        ["jerk of 'x': found an integral off by", "the derivative"],
+    ),
     (
         "beyond range",
         {"position": 1e307 * GOOD["position"], **POSITIONS_ONLY},
@@ -572,7 +590,7 @@ def test_contradictions_are_refused(
     velocity: float, acceleration: float, blamed: str, n: int, noise: float
 ) -> None:
     t = uneven(n) if n > 100 else np.linspace(0, 2, n)
-    p, v, a = (row[:1] for row in wave(t))
+    p, v, a = (row[:1] for row in wave(t)[:3])
     p = p + noise * np.random.default_rng(7).standard_normal(p.shape)
     with pytest.raises(InputError) as error:
         from_arrays("m", ["x"], t, p, velocity * v, acceleration * a)
@@ -590,8 +608,8 @@ def test_true_derivatives_are_no_contradiction(
     n: int, cycles: float, amplitude: float, phase: float
 ) -> None:
     t = np.linspace(0, 1, n)
-    p, v, a = motion.sine(0.3, amplitude, cycles * n, phase)(t)
-    from_arrays("m", ["x"], t, [p], [v], [a])
+    p, v, a, j = motion.sine(0.3, amplitude, cycles * n, phase)(t)
+    from_arrays("m", ["x"], t, [p], [v], [a], [j])
 
 
 @given(
@@ -609,7 +627,7 @@ def test_noisy_derivatives_are_no_contradiction(
     t = np.linspace(0, 1, n)
     rng = np.random.default_rng(seed)
     exact = motion.sine(0.3, amplitude, cycles * n, float(rng.uniform(0, 6)))(t)
-    p, v, a = (x + s * rng.standard_normal(n) for x, s in zip(exact, noise, strict=True))
+    p, v, a = (x + s * rng.standard_normal(n) for x, s in zip(exact[:3], noise, strict=True))
     from_arrays("m", ["x"], t, [p], [v], [a])
 
 
@@ -641,7 +659,7 @@ def one(law: str, coordinate: str = "platform.x") -> FloatArray:
         f"[motions.general.laws]\n{coordinate} = {law}\n"
     )
     row = drive.coordinates.index(coordinate)
-    return np.stack([rows[row] for rows in drive.samples()[1:]])
+    return np.stack([rows[row] for rows in drive.samples().orders])
 
 
 def test_a_whole_table() -> None:
@@ -666,7 +684,7 @@ def test_a_whole_table() -> None:
     terms = [(np.radians(2), 0.5, np.pi / 2), (0.01, 3.0, 0.0)]
     laws = [motion.cosine(1.8, 0.1, 3.0), motion.constant(1.1), motion.sines(0.1, terms)]
     for row, law in enumerate(laws):
-        for got, expected in zip(samples[1:], law(t), strict=True):
+        for got, expected in zip(samples.orders, law(t), strict=True):
             assert_allclose(got[row], expected, atol=1e-13)
 
 

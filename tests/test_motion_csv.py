@@ -48,10 +48,11 @@ def table(header: str, *columns: np.ndarray, delimiter: str = ",", end: str = "\
 
 POSITIONS = table("time,x,B1.2", DRIVE.time, *DRIVE.position)
 EVERYTHING = table(
-    "time,x.position,x.velocity,x.acceleration,B1.2.acceleration,B1.2.velocity,B1.2",
+    "time,x.position,x.velocity,x.acceleration,x.jerk,"
+    "B1.2.jerk,B1.2.acceleration,B1.2.velocity,B1.2",
     DRIVE.time,
-    *(rows[0] for rows in DRIVE[1:]),
-    *(rows[1] for rows in reversed(DRIVE[1:])),
+    *(rows[0] for rows in DRIVE.orders),
+    *(rows[1] for rows in reversed(DRIVE.orders)),
 )
 
 
@@ -99,14 +100,22 @@ def test_units(write: Write) -> None:
         "B1.2.velocity [rpm]": (1, 1, 30 / np.pi),
         "x.acceleration [mm/s^2]": (2, 0, 1e3),
         "B1.2.acceleration[deg/s²]": (2, 1, 180 / np.pi),
+        "x.jerk [mm/s**3]": (3, 0, 1e3),
+        "B1.2.jerk [deg/s³]": (3, 1, 180 / np.pi),
     }
-    values = [DRIVE.time, *DRIVE.position, *(DRIVE[1 + o][row] for o, row, _ in derived.values())]
+    values = [
+        DRIVE.time,
+        *DRIVE.position,
+        *(DRIVE.orders[o][row] for o, row, _ in derived.values()),
+    ]
     scales = [*factors.values(), *(scale for _, _, scale in derived.values())]
     columns = [value * scale for value, scale in zip(values, scales, strict=True)]
     header = ",".join([*factors, *derived])
     drive = read_motion_csv(write(table(header, *columns)), DIMENSIONS)
     assert drive.derivatives == "given"
-    for got, expected in zip(drive.samples(), DRIVE, strict=True):
+    samples = drive.samples()
+    assert_allclose(samples.time, DRIVE.time, rtol=1e-14, atol=1e-15)
+    for got, expected in zip(samples.orders, DRIVE.orders, strict=True):
         assert_allclose(got, expected, rtol=1e-14, atol=1e-15)
 
 
@@ -227,11 +236,12 @@ REFUSED: list[tuple[str, str | bytes, list[str]]] = [
     (
         "in degrees",
         table(
-            "time,x,x.velocity,x.acceleration,B1.2,B1.2.velocity,B1.2.acceleration",
+            "time,x,x.velocity,x.acceleration,x.jerk,"
+            "B1.2,B1.2.velocity,B1.2.acceleration,B1.2.jerk",
             DRIVE.time,
-            *(rows[0] for rows in DRIVE[1:]),
+            *(rows[0] for rows in DRIVE.orders),
             DRIVE.position[1],
-            *np.degrees([rows[1] for rows in DRIVE[2:]]),
+            *np.degrees([rows[1] for rows in DRIVE.orders[1:]]),
         ),
         ["drive.csv: motion 'drive', velocity of 'B1.2': found an integral off by"],
     ),

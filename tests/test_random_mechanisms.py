@@ -48,7 +48,9 @@ def compiled(
 ) -> parakin.Solver | None:
     """The solver, or none where it is refused with a reason."""
     try:
-        return parakin.compile(example.mechanism, driven, coordinates="all", machine_code=code)
+        return parakin.compile(
+            example.mechanism, driven, coordinates="all", derivatives=3, machine_code=code
+        )
     except (parakin.AssemblyError, parakin.DrivenError) as error:
         assert any(re.search(reason, str(error)) for reason in REASONS), str(error)
         assert "\n" not in str(error)
@@ -74,7 +76,7 @@ def recorded(result: xr.Dataset, driven: tuple[str, ...], good: np.ndarray) -> M
     """The motion as these coordinates see it."""
     rows = [
         np.array([numbers(result, q)[n][good] for n in driven])
-        for q in ("position", "velocity", "acceleration")
+        for q in ("position", "velocity", "acceleration", "jerk")
     ]
     samples = Samples(result.time.values[good], *rows)
 
@@ -110,14 +112,15 @@ def check_samples(example: Example, solver: parakin.Solver, result: xr.Dataset) 
 
 def check_rates(solver: parakin.Solver, result: xr.Dataset, i: int) -> None:
     """One sample's rates against automatic differentiation of its positions."""
-    q, v, a = (numbers(result, name) for name in ("position", "velocity", "acceleration"))
+    orders = ("position", "velocity", "acceleration", "jerk")
+    q, v, a, j = (numbers(result, name) for name in orders)
     coordinates = solver.graph.coordinates
-    drives = [Jet(*(MP.mpf(float(of[n][i])) for of in (q, v, a))) for n in solver.driven]
+    drives = [Jet(*(MP.mpf(float(of[n][i])) for of in (q, v, a, j))) for n in solver.driven]
     started = [Jet(MP.mpf(float(q[coordinates[k].name][i]))) for k in newton_unknowns(solver.plan)]
     outputs = Outputs(tuple(range(len(coordinates))), derivatives=0, checks=False)
-    found = trace(solver.plan, drives, [], [], started, jet_functions(), outputs, 3)
+    found = trace(solver.plan, [drives], started, jet_functions(), outputs, 3)
     exact = {c.name: jet(x) for c, x in zip(coordinates, found, strict=True)}
-    for ours, part in ((v, "rate"), (a, "accel")):
+    for ours, part in ((v, "rate"), (a, "accel"), (j, "jerk")):
         size = max(1.0, *(abs(float(values[i])) for values in ours.values()))
         for name, values in ours.items():
             difference = abs(float(values[i]) - float(getattr(exact[name], part)))

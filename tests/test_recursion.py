@@ -18,33 +18,42 @@ from scipy.spatial.transform import Rotation
 
 import parakin
 from parakin.kernel import Outputs, newton_unknowns, trace
+from parakin.results import ORDERS
 
 Compiled = Callable[..., parakin.Solver]
 
 
 @pytest.mark.parametrize("driven", [(), ("A2", "B3", "C3"), ("platform.x", "A1", "C3")])
-def test_rates_agree_with_automatic_differentiation(
-    compiled: Compiled, driven: tuple[str, ...]
-) -> None:
+def test_rates_agree_with_automatic_differentiation(driven: tuple[str, ...], reading: bool) -> None:
+    def compiled(*driven: str) -> parakin.Solver:
+        return parakin.compile(
+            "flight-simulator",
+            driven or None,
+            coordinates="all",
+            derivatives=3,
+            machine_code=reading,
+        )
+
     solver = compiled(*driven)
-    names = [n for n in solver.coordinates if not n.endswith(".cone")]
+    names, cones = solver.coordinates, solver.graph.cones
     inverse = compiled().solve("general").sel(time=1.25)
     drives = inverse.sel(coordinate=list(solver.driven))
-    y, yd, ydd = (drives[q].values for q in ("position", "velocity", "acceleration"))
+    y, yd, ydd, yddd = (drives[q].values for q in ORDERS)
     guess = inverse.position.sel(coordinate=list(solver.coordinates)).values
-    tick = solver.at(y, yd, ydd, guess)
+    tick = solver.at(y, yd, ydd, guess, yddd=yddd)
     assert tick.status == 0
     at = dict(zip(solver.coordinates, tick.position, strict=True))
-    numbers = [solver.graph.index(n, "test") for n in names]
+    numbers = [n if n in cones else solver.graph.index(n, "test") for n in names]
     started = [MP.mpf(at[solver.graph.coordinates[k].name]) for k in newton_unknowns(solver.plan)]
     outputs = Outputs(tuple(numbers), derivatives=0)
-    jets = [Jet(MP.mpf(a), MP.mpf(b), MP.mpf(c)) for a, b, c in zip(y, yd, ydd, strict=True)]
-    found = trace(solver.plan, jets, [], [], [Jet(q) for q in started], jet_functions(), outputs, 3)
+    jets = [Jet(*map(MP.mpf, orders)) for orders in zip(y, yd, ydd, yddd, strict=True)]
+    found = trace(solver.plan, [jets], [Jet(q) for q in started], jet_functions(), outputs, 3)
     exact = [jet(q) for q in found[: len(names)]]
     for quantity, part, bound in (
         (tick.position, "value", 1e-13),
         (tick.velocity, "rate", 1e-13),
         (tick.acceleration, "accel", 1e-12),
+        (tick.jerk, "jerk", 1e-11),
     ):
         ours = dict(zip(solver.coordinates, quantity, strict=True))
         for name, value in zip(names, exact, strict=True):

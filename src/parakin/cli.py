@@ -97,6 +97,7 @@ def parser() -> argparse.ArgumentParser:
     solve.add_argument(
         "--singularities", action="store_true", help="how near the motion comes to which kind"
     )
+    solve.add_argument("--jerk", action="store_true", help="the third derivative too")
     solve.add_argument("--bodies", action="store_true", help="every body's motion too")
     solve.add_argument("--all", action="store_true", help="joints outside the tree too")
     solve.add_argument("--rate", metavar="HZ", type=_number, help="samples per second of a law")
@@ -265,7 +266,11 @@ def _solve(options: argparse.Namespace) -> int:
             _refuse_input(path, options)
             check_writable(path)
     mechanism = load(options.mechanism, _parameters(options.set))
-    solver = compile_mechanism(mechanism, coordinates="all" if options.all else None)
+    solver = compile_mechanism(
+        mechanism,
+        coordinates="all" if options.all else None,
+        derivatives=3 if options.jerk else 2,
+    )
     motion = solver.motion(
         options.motion, rate=options.rate, smoothing=options.smooth, max_gap=options.max_gap
     )

@@ -339,12 +339,12 @@ def _resolved(w: Vector, directions: list[Vector]) -> list[Scalar]:
 
 
 def read_rates(
-    circuits: Circuits, cut: int, end: Ends, middle: Scalar, *, accelerations: bool
+    circuits: Circuits, cut: int, end: Ends, reading: Reading, *, accelerations: bool
 ) -> tuple[dict[int, Scalar], dict[int, Scalar]]:
-    """First and second derivatives of a cut joint's coordinates; `middle` is the cosine of the
-    middle one of three angles.
-    """
+    """First and second derivatives of a cut joint's coordinates, which have been `read`."""
     joint = circuits.graph.joints[cut]
+    cosines = [cosine for _, cosine in reading.turns.values()]
+    middle = cosines[1] if len(cosines) == 3 else 1.0
     P, C = circuits.twist(end.parent), circuits.twist(end.child)
     directions = _directions(joint, end, middle)
     turning = [k for k, _ in _turning(joint)]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from parakin.assembly import CLOSED, Configuration, assembled, close
 from parakin.branches import branches
@@ -17,9 +16,6 @@ from parakin.machine import has_machine_code
 from parakin.mechanism import Mechanism
 from parakin.ordering import plan_of
 from parakin.solver import Solver
-
-if TYPE_CHECKING:
-    pass
 
 
 def compile(
@@ -40,7 +36,7 @@ def compile(
     driven: names, as many as its mobility; the mechanism's own choice if not given.
     coordinates: which to report. By default those of a spanning tree and the platform's pose;
     "all" adds those of the joints outside the tree and the cone angles of spherical joints.
-    derivatives: 0, 1 or 2 of them.
+    derivatives: 0 to 3 of them; the third is the jerk.
     checks: False leaves out residual and conditioning; only NaN is then flagged. A solver that
     iterates needs them and keeps them.
     cut: joints to leave out of the spanning tree that is solved; by default those that make the
@@ -56,6 +52,8 @@ def compile(
         mechanism = load(mechanism)
     if parameters:
         mechanism = mechanism.with_parameters(parameters)
+    if derivatives not in range(4):
+        raise InputError("derivatives", f"{derivatives}", "0, 1, 2 or 3")
     graph = graph_of(mechanism)
     names = tuple(mechanism.driven if driven is None else driven)
     if not names:

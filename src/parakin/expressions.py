@@ -41,7 +41,7 @@ _NAMES = {BARE: "a number", LENGTH: "a length", ANGLE: "an angle", TIME: "a time
 }
 _QUANTITY = re.compile(  # the number as a whole: 1e-3 is not one e (electron charge) less 3
     r"(?<![\w.])((?>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?))\s*"
-    r"((?:[^\W\d_]|°)+(?:/s(?:\^2|\*\*2|²)?)?)(?![\w.(])"
+    r"((?:[^\W\d_]|°)+(?:/s(?:\^[23]|\*\*[23]|[²³])?)?)(?![\w.(])"
 )
 _SI = {"meter": 0, "second": 1, "radian": 2}
 
@@ -86,7 +86,9 @@ def _unit(name: str) -> _Quantity:
     if name in _COMMON:
         return _COMMON[name]
     try:
-        base = _registry().Quantity(1.0, name.replace("²", "**2")).to_base_units()
+        base = (
+            _registry().Quantity(1.0, name.replace("²", "**2").replace("³", "**3")).to_base_units()
+        )
     except Exception:  # pint raises many kinds, some of them not its own
         raise _Refusal(f"{name!r} is not a unit", nearest(name, _USUAL)) from None
     exponents = [0.0, 0.0, 0.0]

@@ -1,4 +1,4 @@
-"""One pose, solved: the plan's blocks one after the other, then rates, then accelerations.
+"""One pose, solved: the plan's blocks one after the other, then rates, accelerations and jerks.
 
 This is the function that NumPy runs on arrays and that `parakin.compile` traces into machine
 code, line for line the same. It has no branches on values: a pose that cannot be reached comes
@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from parakin import closure
 from parakin.closure import Row
 from parakin.connectivity import System, jacobian, signed_square, substituted
+from parakin.dual import dual_functions, rate_of
 from parakin.linear import solve
 from parakin.plan import Block, Plan
 from parakin.recursion import (
@@ -32,11 +33,11 @@ CHECKS = 4
 @dataclass(frozen=True)
 class Outputs:
     """What a kernel returns, a scalar each: positions of `coordinates` (by number, or by name the
-    cone angle of a spherical joint), their velocities and accelerations; with `checks` the
-    residual (norm of all closure rows [m]), the conditioning (signed:
-    negative on another branch), the size of the last Newton step and the smallest cosine of an
-    angle's distance from home; then 24 figures for every point of `points` (body, place on it):
-    p_WB, R_WB row by row, v_WB, w_WB, a_WB, alpha_WB.
+    cone angle of a spherical joint), and as many `derivatives` of them; with `checks` the residual
+    (norm of all closure rows [m]), the conditioning (signed: negative on another branch), the size
+    of the last Newton step and the smallest cosine of an angle's distance from home; then 24
+    figures for every point of `points` (body, place on it): p_WB, R_WB row by row, v_WB, w_WB,
+    a_WB, alpha_WB.
     """
 
     coordinates: tuple[int | str, ...]
@@ -52,9 +53,7 @@ def newton_unknowns(plan: Plan) -> list[int]:
 
 def trace(
     plan: Plan,
-    driven: Sequence[Scalar],
-    driven_rates: Sequence[Scalar],
-    driven_second: Sequence[Scalar],
+    orders: Sequence[Sequence[Scalar]],
     guess: Sequence[Scalar],
     functions: Functions,
     outputs: Outputs,
@@ -62,9 +61,10 @@ def trace(
 ) -> list[Scalar]:
     """Solve one pose (or an array of them); see `Outputs` for what is returned.
 
-    driven, driven_rates, driven_second: one scalar per driven coordinate. guess: one per
-    coordinate of `newton_unknowns`.
+    orders: driven positions, then as many derivatives of them as are asked for, each one scalar
+    per driven coordinate. guess: one per coordinate of `newton_unknowns`.
     """
+    driven = orders[0]
     circuits = Circuits(plan.graph, plan.tree)
     angles = _Angles(plan, functions)
     for k, entry in plan.affine.items():
@@ -86,23 +86,36 @@ def trace(
                 quality.append(signed_square(figure, functions))
         else:
             _closed_form(circuits, block, angles, quality)
-    results: list[Scalar] = []
+    rising = circuits
     if outputs.derivatives > 0:
         systems = [System.of(circuits, block) for block in plan.blocks]
-        circuits.rates |= {k: _mix(plan, k, driven_rates) for k in plan.affine}
+        circuits.rates |= {k: _mix(plan, k, orders[1]) for k in plan.affine}
         circuits.rates |= dict.fromkeys(_unknowns(plan), 0.0)
         drifts = [system.drifts(circuits, closure.rate) for system in systems]
         rates, figures = substituted(plan, systems, drifts, functions)
         circuits.quicken(rates=rates)
         quality += figures
         if outputs.derivatives > 1:
-            circuits.second |= {k: _mix(plan, k, driven_second) for k in plan.affine}
+            circuits.second |= {k: _mix(plan, k, orders[2]) for k in plan.affine}
             circuits.second |= dict.fromkeys(_unknowns(plan), 0.0)
             drifts = [system.drifts(circuits, closure.acceleration) for system in systems]
             circuits.quicken(second=substituted(plan, systems, drifts, functions)[0])
+        if outputs.derivatives > 2:
+            third = {k: _mix(plan, k, orders[3]) for k in plan.affine}
+            rising = circuits.rising(third | dict.fromkeys(_unknowns(plan), 0.0))
+            drifts = [
+                [
+                    rate_of(closure.acceleration(rising, row, closure.ends(rising, row.cut)))
+                    for row in block.rows
+                ]
+                for block in plan.blocks
+            ]
+            rising = circuits.rising(third | substituted(plan, systems, drifts, functions)[0])
     columns = [
-        _output(plan, circuits, name, angles, outputs.derivatives) for name in outputs.coordinates
+        _output(plan, circuits, rising, name, angles, outputs.derivatives)
+        for name in outputs.coordinates
     ]
+    results: list[Scalar] = []
     for order in range(outputs.derivatives + 1):
         results += [column[order] for column in columns]
     if outputs.checks:
@@ -290,17 +303,29 @@ def _newton(
 
 
 def _output(
-    plan: Plan, circuits: Circuits, name: int | str, angles: _Angles, derivatives: int
-) -> tuple[Scalar, Scalar, Scalar]:
+    plan: Plan,
+    circuits: Circuits,
+    rising: Circuits,
+    name: int | str,
+    angles: _Angles,
+    derivatives: int,
+) -> tuple[Scalar, ...]:
+    """Value and derivatives of a coordinate; `rising` are the circuits with their rates in time."""
     graph, functions = plan.graph, angles.functions
     if isinstance(name, str):
         cut = graph.cones[name][0]
         end = closure.ends(circuits, cut)
-        return closure.cone(circuits, cut, end, functions, derivatives=derivatives)
+        found = closure.cone(circuits, cut, end, functions, derivatives=derivatives)
+        if derivatives > 2:
+            end, known = closure.ends(rising, cut), dual_functions(functions)
+            changing = closure.cone(rising, cut, end, known, derivatives=2)[2]
+            return *found, rate_of(changing)
+        return found
     if name in circuits.turns:
-        first = circuits.rates[name] if derivatives > 0 else 0.0
-        second = circuits.second[name] if derivatives > 1 else 0.0
-        return sub(angles.value(name), plan.offset(name)), first, second
+        value = sub(angles.value(name), plan.offset(name))
+        orders = [circuits.rates, circuits.second][:derivatives]
+        found = (value, *(order[name] for order in orders))
+        return (*found, rate_of(rising.second[name])) if derivatives > 2 else found
     cut = graph.coordinates[name].joint
     end = closure.ends(circuits, cut)
     reading = closure.read(circuits, cut, end, functions)
@@ -308,14 +333,15 @@ def _output(
     angles.found.update(reading.turns)
     value = sub(angles.value(name), plan.offset(name))
     if derivatives == 0:
-        return value, 0.0, 0.0
-    middle: Scalar = 1.0
-    if len(reading.turns) == 3:
-        middle = list(reading.turns.values())[1][1]
-    rates, second_rates = closure.read_rates(
-        circuits, cut, end, middle, accelerations=derivatives > 1
-    )
-    return value, rates[name], second_rates.get(name, 0.0)
+        return (value,)
+    rates, second = closure.read_rates(circuits, cut, end, reading, accelerations=derivatives > 1)
+    found = (value, rates[name], second.get(name, 0.0))
+    if derivatives > 2:
+        end = closure.ends(rising, cut)
+        reading = closure.read(rising, cut, end, dual_functions(functions))
+        changing = closure.read_rates(rising, cut, end, reading, accelerations=True)[1][name]
+        return *found, rate_of(changing)
+    return found
 
 
 def _residual(plan: Plan, circuits: Circuits, functions: Functions) -> Scalar:

@@ -32,7 +32,7 @@ def has_machine_code() -> bool:
 
 
 def input_count(plan: Plan, outputs: Outputs) -> int:
-    """Driven values, then their rates, then their second rates, then the guess."""
+    """Driven values, then as many derivatives of them, then the guess."""
     return _orders(outputs) * len(plan.driven) + len(newton_unknowns(plan))
 
 
@@ -54,10 +54,9 @@ def _traced(
     plan: Plan, outputs: Outputs, steps: int, inputs: list[Scalar], functions: Functions
 ) -> list[Scalar]:
     n = len(plan.driven)
-    zeros: list[Scalar] = [0.0] * n
-    orders = [inputs[n * k : n * (k + 1)] for k in range(_orders(outputs))] + [zeros, zeros]
+    orders = [inputs[n * k : n * (k + 1)] for k in range(_orders(outputs))]
     guess = inputs[n * _orders(outputs) :]
-    return trace(plan, orders[0], orders[1], orders[2], guess, functions, outputs, steps)
+    return trace(plan, orders, guess, functions, outputs, steps)
 
 
 def _arrays(plan: Plan, outputs: Outputs, steps: int) -> Kernel:

@@ -1,4 +1,4 @@
-"""Motions: what drives a mechanism over time, as position, velocity and acceleration.
+"""Motions: what drives a mechanism over time, as position, velocity, acceleration and jerk.
 
 A motion is made from laws of time, whose derivatives are exact, or from samples, whose
 derivatives are given with them or follow from a quintic spline. SI: seconds, metres, radians.
@@ -16,11 +16,14 @@ from numpy.typing import ArrayLike, NDArray
 from parakin.errors import InputError, nearest
 
 FloatArray = NDArray[np.float64]
-Law = Callable[[FloatArray], tuple[FloatArray, FloatArray, FloatArray]]
-"""Times (n,) [s] to position, velocity and acceleration (n,), exact derivatives of each other."""
+Law = Callable[[FloatArray], tuple[FloatArray, ...]]
+"""Times (n,) [s] to position and its exact derivatives (n,): velocity, acceleration and jerk.
+
+The jerk may be left out; then none can be asked of the mechanism.
+"""
 
 MAX_SAMPLES = 10**9
-QUANTITIES = ("position", "velocity", "acceleration")
+QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 SLACK = 1e-9  # relative; ends computed from decimal times miss each other by rounding
 
 
@@ -31,6 +34,13 @@ class Samples(NamedTuple):
     position: FloatArray  # (k, n) [m or rad], a row per driven coordinate
     velocity: FloatArray  # (k, n) [per s]
     acceleration: FloatArray  # (k, n) [per s²]
+    jerk: FloatArray | None = None  # (k, n) [per s³], where it is known
+
+    @property
+    def orders(self) -> tuple[FloatArray, ...]:
+        """Position and the derivatives that are known."""
+        known = (self.position, self.velocity, self.acceleration)
+        return known if self.jerk is None else (*known, self.jerk)
 
 
 @dataclass(frozen=True)
@@ -68,15 +78,15 @@ class Motion:
         rows = [self.coordinates.index(name) for name in coordinates]
 
         def window(start: int, stop: int) -> Samples:
-            time, *arrays = self.window(start, stop)
-            return Samples(time, *(array[rows] for array in arrays))
+            samples = self.window(start, stop)
+            return Samples(samples.time, *(order[rows] for order in samples.orders))
 
         return replace(self, coordinates=tuple(coordinates), window=window)
 
 
 def constant(value: float) -> Law:
     """At rest."""
-    return lambda t: (np.full_like(t, value), np.zeros_like(t), np.zeros_like(t))
+    return lambda t: (np.full_like(t, value), *np.zeros((3, *t.shape)))
 
 
 def cosine(start: float, by: float, duration: float, begin: float = 0.0) -> Law:
@@ -86,9 +96,10 @@ def cosine(start: float, by: float, duration: float, begin: float = 0.0) -> Law:
     it is that of the moving side.
     """
 
-    def shape(u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def shape(u: FloatArray) -> tuple[FloatArray, ...]:
         half = np.pi / 2  # sin² instead of 1 - cos, which cancels near the start
-        return np.sin(half * u) ** 2, half * np.sin(np.pi * u), half * np.pi * np.cos(np.pi * u)
+        s, c = np.sin(np.pi * u), np.cos(np.pi * u)
+        return np.sin(half * u) ** 2, half * s, half * np.pi * c, -half * np.pi**2 * s
 
     return _rest_to_rest(shape, start, by, duration, begin)
 
@@ -105,18 +116,19 @@ def polynomial4567(start: float, by: float, duration: float, begin: float = 0.0)
 
 def _polynomial(*coefficients: float) -> Law:
     p = np.polynomial.Polynomial(coefficients)
-    return lambda u: (p(u), p.deriv()(u), p.deriv(2)(u))
+    return lambda u: (p(u), p.deriv()(u), p.deriv(2)(u), p.deriv(3)(u))
 
 
 def _rest_to_rest(shape: Law, start: float, by: float, duration: float, begin: float) -> Law:
     """`shape`, which goes from 0 to 1 while its argument does, scaled and shifted."""
     refuse_unless_positive(duration, "duration")
 
-    def law(t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def law(t: FloatArray) -> tuple[FloatArray, ...]:
         u = (t - begin) / duration
         moving = by * (np.abs(u - 0.5) <= 0.5 + SLACK)
-        s, ds, dds = shape(np.clip(u, 0.0, 1.0))
-        return start + by * s, moving / duration * ds, moving / duration**2 * dds
+        s, *rates = shape(np.clip(u, 0.0, 1.0))
+        scaled = (moving / duration**order * rate for order, rate in enumerate(rates, start=1))
+        return start + by * s, *scaled
 
     return law
 
@@ -129,15 +141,16 @@ def sine(center: float, amplitude: float, frequency: float, phase: float = 0.0) 
 def sines(center: float, terms: Sequence[tuple[float, float, float]]) -> Law:
     """The sum of `center` and a sine for each (amplitude, frequency [Hz], phase [rad])."""
 
-    def law(t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        position, velocity, acceleration = constant(center)(t)
+    def law(t: FloatArray) -> tuple[FloatArray, ...]:
+        position, velocity, acceleration, jerk = constant(center)(t)
         for amplitude, frequency, phase in terms:
             omega = 2 * np.pi * frequency
             s, c = np.sin(omega * t + phase), np.cos(omega * t + phase)
             position += amplitude * s
             velocity += amplitude * omega * c
             acceleration -= amplitude * omega**2 * s
-        return position, velocity, acceleration
+            jerk -= amplitude * omega**3 * c
+        return position, velocity, acceleration, jerk
 
     return law
 
@@ -148,12 +161,13 @@ def chirp(
     """A sine whose frequency changes linearly from f0 [Hz] at t = 0 to f1 at t = duration."""
     refuse_unless_positive(duration, "duration")
 
-    def law(t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def law(t: FloatArray) -> tuple[FloatArray, ...]:
         growth = 2 * np.pi * (f1 - f0) / duration
         omega = 2 * np.pi * f0 + growth * t
         angle = (2 * np.pi * f0 + growth / 2 * t) * t + phase
         s, c = amplitude * np.sin(angle), amplitude * np.cos(angle)
-        return center + s, omega * c, growth * c - omega**2 * s
+        jerk = -3 * growth * omega * s - omega**3 * c
+        return center + s, omega * c, growth * c - omega**2 * s, jerk
 
     return law
 
@@ -173,10 +187,11 @@ def waypoints(times: ArrayLike, values: ArrayLike) -> Law:
     rest = [(1, 0.0), (2, 0.0)]
     spline = quintic(t, x, "times", (rest, rest))
 
-    def law(time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def law(time: FloatArray) -> tuple[FloatArray, ...]:
         moving = (t[0] < time) & (time < t[-1])
+        jerking = (t[0] <= time) & (time <= t[-1])  # at the ends, that of the moving side
         u = np.clip(time, t[0], t[-1])
-        return spline(u), moving * spline(u, 1), moving * spline(u, 2)
+        return spline(u), moving * spline(u, 1), moving * spline(u, 2), jerking * spline(u, 3)
 
     return law
 
@@ -201,10 +216,16 @@ def from_laws(name: str, laws: Mapping[str, Law], duration: float, rate: float) 
     def window(start: int, stop: int) -> Samples:
         chosen = range(count)[start:stop]
         time = np.arange(chosen.start, chosen.stop) / rate
-        rows = np.empty((3, len(laws), len(time)))
         with np.errstate(over="ignore", invalid="ignore"):  # refused below
-            for row, law in enumerate(laws.values()):
-                rows[0, row], rows[1, row], rows[2, row] = law(time)
+            values = {coordinate: law(time) for coordinate, law in laws.items()}
+        for coordinate, orders in values.items():
+            if len(orders) not in (3, 4):
+                found = f"{len(orders)} arrays from the law of {coordinate!r}"
+                raise InputError(place, found, "position, velocity, acceleration and jerk")
+        known = min(len(orders) for orders in values.values())
+        rows = np.empty((known, len(laws), len(time)))
+        for row, orders in enumerate(values.values()):
+            rows[:, row] = orders[:known]
         refuse_non_finite(time, rows, list(laws), place)
         return Samples(time, *rows)
 

@@ -15,17 +15,16 @@ import numpy as np
 
 from parakin.errors import InputError, nearest
 from parakin.expressions import TIME, Dimension, Parameters
-from parakin.motion import Motion
+from parakin.motion import QUANTITIES, Motion
 from parakin.recorded import from_arrays
 
 MAX_BYTES = 2 * 10**9
-_QUANTITIES = ("position", "velocity", "acceleration")
 _RESULTS = re.compile(  # columns that our own results hold beside those of driven coordinates
     r"status|residual|conditioning"
-    r"|.+\.(orientation|(angular_)?(position|velocity|acceleration))(\.[wxyz])?"
+    r"|.+\.(orientation|(angular_)?(position|velocity|acceleration|jerk))(\.[wxyz])?"
 )
 _COLUMN = re.compile(r"([^\[\]]*?)\s*(?:\[(.*)\])?")
-_UNIT = re.compile(r"(?:[^\W\d_]|°)+(?:/s(?:\^2|\*\*2|²)?)?")
+_UNIT = re.compile(r"(?:[^\W\d_]|°)+(?:/s(?:\^[23]|\*\*[23]|[²³])?)?")
 
 
 class _Column(NamedTuple):
@@ -43,7 +42,8 @@ def read_motion_csv(
     """The motion in a CSV file, named after the file.
 
     The header names the columns: `time`, for each driven coordinate (the keys of `dimensions`)
-    `NAME` or `NAME.position` and, for all or for none, `NAME.velocity` and `NAME.acceleration`.
+    `NAME` or `NAME.position` and, for all or for none, `NAME.velocity` and `NAME.acceleration`,
+    with which `NAME.jerk` may stand.
     A unit may follow in brackets, `platform.x [mm]`; it is SI otherwise. Commas, semicolons or
     tabs part the columns, whichever the header has most of; numbers have a decimal point. Lines
     with # may stand before the header. The text is UTF-8.
@@ -62,7 +62,7 @@ def read_motion_csv(
     headers = _cells(header, delimiter, f"{path}, header")
     columns = _columns(headers, dimensions, str(path))
     wanted = [columns["time", ""]]
-    quantities = [q for q in _QUANTITIES if _complete(columns, q, dimensions, str(path))]
+    quantities = [q for q in QUANTITIES if _complete(columns, q, dimensions, str(path))]
     wanted += [columns[name, quantity] for quantity in quantities for name in dimensions]
 
     first = next(lines, None)
@@ -82,10 +82,18 @@ def read_motion_csv(
     table *= [column.factor for column in wanted]
     time, values = table[:, 0], table[:, 1:].T.reshape(len(quantities), len(dimensions), -1)
     given = dict(zip(quantities, values, strict=True))
-    v, a = given.get("velocity"), given.get("acceleration")
+    rates = (given.get(quantity) for quantity in QUANTITIES[1:])
     names = tuple(dimensions)
     try:
-        return from_arrays(path.stem, names, time, given["position"], v, a, smoothing, max_gap)
+        return from_arrays(
+            path.stem,
+            names,
+            time,
+            given["position"],
+            *rates,
+            smoothing=smoothing,
+            max_gap=max_gap,
+        )
     except InputError as error:
         raise error.within(str(path)) from None
 
@@ -132,12 +140,12 @@ def _columns(
 ) -> dict[tuple[str, str], _Column]:
     """The columns by coordinate and quantity, ("time", "") among them; others are left out."""
     columns: dict[tuple[str, str], _Column] = {}
-    known = ["time", *dimensions, *(f"{n}.{q}" for n in dimensions for q in _QUANTITIES)]
+    known = ["time", *dimensions, *(f"{n}.{q}" for n in dimensions for q in QUANTITIES)]
     for index, header in enumerate(headers):
         match = _COLUMN.fullmatch(header)
         name, unit = match.groups() if match else (header, None)
         coordinate, _, quantity = name.rpartition(".")
-        if quantity not in _QUANTITIES:
+        if quantity not in QUANTITIES:
             coordinate, quantity = name, "" if name == "time" else "position"
         where = f"{place}, column {index + 1}"
         if (coordinate, quantity) in columns:
@@ -146,7 +154,7 @@ def _columns(
         factor = 1.0
         if coordinate in dimensions or name == "time":
             length, time, angle = TIME if name == "time" else dimensions[coordinate]
-            order = 0 if name == "time" else _QUANTITIES.index(quantity)
+            order = 0 if name == "time" else QUANTITIES.index(quantity)
             factor = _factor(unit, (length, time - order, angle), f"{where} {header!r}")
         elif not _RESULTS.fullmatch(name):
             raise InputError(where, f"{header!r}", nearest(name, known))

@@ -39,18 +39,20 @@ def histories(
     ds: xr.Dataset,
     coordinates: Sequence[str] | None = None,
     symbols: Mapping[str, str] | None = None,
-    orders: Sequence[str] = ORDERS,
+    orders: Sequence[str] | None = None,
     title: str = "",
 ) -> Figure:
-    """Position, velocity and acceleration over time.
+    """Position, velocity, acceleration and, where the result has it, jerk over time.
 
-    coordinates: the actuated ones by default, or all where none is. Lengths and angles (in
+    coordinates: the actuated ones by default, or all where none is. orders: some of these
+    quantities. Lengths and angles (in
     degrees) get a column each. symbols: by coordinate, as mathtext without the dollar signs.
     Flagged samples are left out of the lines and shaded.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
+    orders = orders or [order for order in ORDERS if order in ds]
     names = list(coordinates) if coordinates is not None else _default(ds)
     units = dict(zip(ds["coordinate"].values.tolist(), ds["unit"].values.tolist(), strict=True))
     columns = [group for unit in ("m", "rad") if (group := [n for n in names if units[n] == unit])]
@@ -95,7 +97,6 @@ def _draw(
     time = ds["time"].values[::stride]
     values = ds[order].sel(coordinate=list(names)).values[::stride]
     values = np.degrees(values) if unit == "rad" else values
-    marks = {"position": 0, "velocity": 1, "acceleration": 2}[order]
     for k, name in enumerate(names):
         axes.plot(
             time,
@@ -106,7 +107,7 @@ def _draw(
             label=f"${symbols[name]}$" if name in symbols else name,
         )
     shown = "deg" if unit == "rad" else "m"
-    over = ("", "/s", "/s²")[marks]
+    over = ("", "/s", "/s²", "/s³")[ORDERS.index(order)]
     axes.set_ylabel(f"{order} [{shown}{over}]")
     axes.grid(visible=True, linewidth=0.3, color="0.8")
     axes.margins(x=0)

@@ -23,6 +23,8 @@ from parakin.motion import (
     refuse_unless_positive,
 )
 
+_JERKS = 24  # samples; fewer may leave a jerk, which can jump, too coarse to be judged
+
 
 def from_arrays(
     name: str,
@@ -31,16 +33,18 @@ def from_arrays(
     position: ArrayLike,
     velocity: ArrayLike | None = None,
     acceleration: ArrayLike | None = None,
+    jerk: ArrayLike | None = None,
+    *,
     smoothing: float | Mapping[str, float] | None = None,
     max_gap: float | None = None,
 ) -> Motion:
     """A motion through samples at increasing times (n,) [s], evenly spaced or not.
 
     `position` and, both or neither, `velocity` and `acceleration` are (k, n), a row per
-    coordinate. Where the latter are not given they are the derivatives of the quintic spline
-    through the positions (n >= 6). `smoothing` is the standard deviation of the noise in the
-    positions, in their SI unit, one for all or by coordinate: then position, velocity and
-    acceleration are those of a smoother spline (n >= 24; see `_smoothed`).
+    coordinate; with these, `jerk` may be given too. Without them all are the derivatives of the
+    quintic spline through the positions (n >= 6). `smoothing` is the standard deviation of the
+    noise in the positions, in their SI unit, one for all or by coordinate: then the positions,
+    too, are those of a smoother spline (n >= 24; see `_smoothed`).
 
     A sample that repeats the one before it, time included, is dropped. `max_gap` [s] is the
     longest step allowed, unless given 10 times the median step. Raises InputError on whatever
@@ -53,11 +57,13 @@ def from_arrays(
     if (velocity is None) != (acceleration is None):
         lone = "velocity" if acceleration is None else "acceleration"
         raise InputError(place, f"{lone} alone", "both velocity and acceleration, or neither")
+    if jerk is not None and velocity is None:
+        raise InputError(place, "jerk alone", "velocity and acceleration with it")
     if noise and velocity is not None:
         raise InputError(place, "velocity and smoothing", "positions alone to be smoothed")
 
     t = checked_array(time, f"{place}, time", (-1,))
-    given = [array for array in (position, velocity, acceleration) if array is not None]
+    given = [array for array in (position, velocity, acceleration, jerk) if array is not None]
     rows = np.empty((len(given), len(coordinates), len(t)))
     for order, array in enumerate(given):
         rows[order] = checked_array(array, f"{place}, {QUANTITIES[order]}", rows.shape[1:])
@@ -76,7 +82,8 @@ def from_arrays(
     else:
         derivatives = "given"
         for row, coordinate in enumerate(coordinates):
-            for order in (1, 2):
+            checked = len(rows) if len(t) >= _JERKS else min(len(rows), 3)
+            for order in range(1, checked):
                 where = f"{place}, {QUANTITIES[order]} of {coordinate!r}"
                 _refuse_contradiction(t, rows[order - 1, row], rows[order, row], where)
     if not kept.all():
@@ -111,9 +118,9 @@ def _differentiated(
     noise: Mapping[str, float],
     place: str,
 ) -> FloatArray:
-    """Position, velocity and acceleration (3, k, n) of the splines for positions (k, n)."""
+    """Position, velocity, acceleration and jerk (4, k, n) of splines for positions (k, n)."""
     u = t - t[0]  # counted from long ago, the times would cost the spline digits
-    rows = np.repeat(position[np.newaxis], 3, axis=0)
+    rows = np.repeat(position[np.newaxis], 4, axis=0)
     for row, coordinate in enumerate(coordinates):
         where = f"{place}, {coordinate!r}"
         if coordinate in noise:
@@ -121,7 +128,8 @@ def _differentiated(
             rows[0, row] = spline(u)
         else:
             spline = quintic(u, position[row], where)
-        rows[1, row], rows[2, row] = spline(u, 1), spline(u, 2)
+        for order in (1, 2, 3):
+            rows[order, row] = spline(u, order)
     refuse_non_finite(t, rows, coordinates, place)
     return rows
 

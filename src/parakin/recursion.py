@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from parakin.dual import dual
 from parakin.graph import Graph, GraphJoint, Pair, Tree
 from parakin.spatial import (
     IDENTITY,
@@ -83,6 +84,16 @@ def turn(value: Scalar, functions: Functions) -> Turn:
     if type(value) is float and value == 0.0:
         return Turn(0.0, 1.0, 0.0)
     return Turn(value, functions.cos(value), functions.sin(value))
+
+
+def _in_motion(at: Turn, rate: Scalar) -> Turn:
+    value = None if at.value is None else dual(at.value, rate)
+    # (Of a slide only the value counts.)
+    return Turn(
+        value,
+        dual(at.cosine, mul(-1.0, mul(at.sine, rate))),
+        dual(at.sine, mul(at.cosine, rate)),
+    )
 
 
 def _order(joint: GraphJoint, reverse: bool) -> list[tuple[int, Pair]]:
@@ -234,6 +245,14 @@ class Circuits:
         ):
             for body in [b for b in kept if not set(changed or ()).isdisjoint(self.path[b])]:
                 del kept[body]
+
+    def rising(self, third: Mapping[int, Scalar]) -> Circuits:
+        """The same motion with the rate of everything beside it, given the coordinates' jerks."""
+        return self.varied(
+            {k: _in_motion(turn, self.rates[k]) for k, turn in self.turns.items()},
+            {k: dual(rate, self.second[k]) for k, rate in self.rates.items()},
+            {k: dual(rate, third[k]) for k, rate in self.second.items()},
+        )
 
     def pose(self, body: int) -> Pose:
         return self._pose(body)[0]

@@ -233,6 +233,7 @@ class Extremes:
     high: FloatArray
     speed: FloatArray
     acceleration: FloatArray
+    jerk: FloatArray | None = None
     residual: float = 0.0
     conditioning: float = 1.0
     samples: int = 0
@@ -258,6 +259,9 @@ def extremes(ds: xr.Dataset, before: Extremes | None = None) -> Extremes:
     found.acceleration = np.fmax(
         found.acceleration, np.fmax.reduce(np.abs(ds["acceleration"].values))
     )
+    if "jerk" in ds:
+        before_this = np.zeros(n) if found.jerk is None else found.jerk
+        found.jerk = np.fmax(before_this, np.fmax.reduce(np.abs(ds["jerk"].values)))
     found.residual = float(np.fmax(found.residual, np.fmax.reduce(ds["residual"].values)))
     found.conditioning = float(
         np.fmin(found.conditioning, np.fmin.reduce(ds["conditioning"].values))
@@ -277,7 +281,8 @@ def solve_report(ds: xr.Dataset, found: Extremes, seconds: float) -> RenderableT
 
     ds: any window of the result, for names, units and home. seconds: time spent solving.
     """
-    table = _table("actuated", "from", "to", "stroke from home", "peak speed", "peak accel.")
+    headings = ["actuated", "from", "to", "stroke from home", "peak speed", "peak accel."]
+    table = _table(*headings, *([] if found.jerk is None else ["peak jerk"]))
     units = ds["unit"].values.tolist()
     chosen = np.flatnonzero(ds["actuated"].values).tolist() or range(ds.sizes["coordinate"])
     home = ds["home"].values
@@ -286,7 +291,7 @@ def solve_report(ds: xr.Dataset, found: Extremes, seconds: float) -> RenderableT
         scale, unit = (math.degrees(1.0), "deg") if angle else (1e3, "mm")
         name = Text(f"{found.coordinates[k]} [{unit}]")
         if not np.isfinite(found.low[k]):
-            table.add_row(name, *["nothing solved"] + [""] * 4)
+            table.add_row(name, "nothing solved", *[""] * (len(table.columns) - 2))
             continue
         down, up = scale * (found.low[k] - home[k]), scale * (found.high[k] - home[k])
         table.add_row(
@@ -296,6 +301,7 @@ def solve_report(ds: xr.Dataset, found: Extremes, seconds: float) -> RenderableT
             f"{down:+z.3f} .. {up:+z.3f}",
             f"{scale * found.speed[k]:.3f} {unit}/s",
             f"{scale * found.acceleration[k]:.3f} {unit}/s²",
+            *([] if found.jerk is None else [f"{scale * found.jerk[k]:.3f} {unit}/s³"]),
         )
     rate = found.samples / seconds if seconds else math.inf
     lines = [

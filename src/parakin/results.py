@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from parakin.motion import Motion
     from parakin.solver import Solver
 
-_UNITS = ("{}", "{} s-1", "{} s-2")
-ORDERS = ("position", "velocity", "acceleration")
+_UNITS = ("m or rad", "m or rad s-1", "m or rad s-2", "m or rad s-3")
+ORDERS = ("position", "velocity", "acceleration", "jerk")
 
 
 def dataset(
@@ -48,10 +48,10 @@ def dataset(
     ]
     over = ("time", "coordinate")
     variables: dict[str, Any] = {
-        quantity: (over, out[k * n : (k + 1) * n].T, {"units": _UNITS[k].format("m or rad")})
-        for k, quantity in enumerate(ORDERS)
+        quantity: (over, out[k * n : (k + 1) * n].T, {"units": _UNITS[k]})
+        for k, quantity in enumerate(ORDERS[: solver.derivatives + 1])
     }
-    checks = 3 * n
+    checks = n * (solver.derivatives + 1)
     variables |= {
         "status": ("time", status, _status_attributes()),
         "residual": ("time", out[checks], {"long_name": "norm of all closure rows", "units": "m"}),

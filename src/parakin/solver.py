@@ -48,6 +48,8 @@ _SPREAD = 8192  # batches smaller than this are not worth a second core
 class Tick(NamedTuple):
     """One pose, or a batch: rows are `solver.coordinates`, SI; `status` is a `Status` (array).
 
+    Derivatives that the solver was not compiled for are arrays of no rows.
+
     Not a Dataset because a control loop cannot wait for one.
     """
 
@@ -57,13 +59,14 @@ class Tick(NamedTuple):
     status: int | StatusArray
     residual: float | FloatArray
     conditioning: float | FloatArray
+    jerk: FloatArray
 
 
 class Solver:
     """A compiled mechanism; made by `parakin.compile`.
 
-    `driven`, `coordinates`: names, in the order of rows. `home`: position of every coordinate at
-    home, by name [m, rad].
+    `driven`, `coordinates`: names, in the order of rows. `derivatives`: how many. `home`:
+    position of every coordinate at home, by name [m, rad].
     """
 
     def __init__(
@@ -80,6 +83,7 @@ class Solver:
         self.machine_code = machine_code
         self.driven = tuple(graph.coordinates[k].name for k in plan.driven)
         self.coordinates = tuple(self._name(c) for c in outputs.coordinates)
+        self.derivatives = outputs.derivatives
         self.home: Mapping[str, float] = home_values(graph, plan)
         self._outputs = outputs
         self._layout = _layout(plan, outputs)
@@ -99,7 +103,8 @@ class Solver:
 
     def _home_state(self) -> State:
         k, m = len(self.driven), len(self._iterated)
-        driven, found = np.zeros((3, k)), np.zeros((3, m))
+        orders = 1 + self.derivatives
+        driven, found = np.zeros((orders, k)), np.zeros((orders, m))
         driven[0] = [self.home[name] for name in self.driven]
         found[0] = [self.home[self._name(c)] for c in self._iterated]
         return State(np.nan, driven, found)  # of no time: the first step is a jump
@@ -116,37 +121,37 @@ class Solver:
         ydd: ArrayLike | None = None,
         guess: FloatArray | None = None,
         *,
+        yddd: ArrayLike | None = None,
         within: float | None = None,
         parallel: bool = False,
     ) -> Tick:
         """One pose, or a batch of unrelated ones.
 
-        y, yd, ydd: driven positions, velocities, accelerations, (k,) or (k, n), SI; rates are
-        zero where not given. guess: positions as an earlier `Tick` gave them, rows
+        y, yd, ydd, yddd: driven positions, velocities, accelerations and jerks, (k,) or (k, n),
+        SI; zero where not given. guess: positions as an earlier `Tick` gave them, rows
         `coordinates`; angles come out within half a turn of it, and coordinates that are
         iterated start from it (from home without it, in small steps). within: how far from the
         guess an iterated coordinate may come out [m or rad]; what lies further off is flagged as
         a branch change. parallel: use all cores.
-        Samples that fail have a status other than CONVERGED and NaN throughout. Derivatives that
-        the solver was not compiled for come as arrays of no rows.
+        Samples that fail have a status other than CONVERGED and NaN throughout.
         Raises InputError on arrays of the wrong shape.
         """
-        inputs = self._inputs_of(y, yd, ydd)
+        inputs = self._inputs_of(y, yd, ydd, yddd)
         out = (
             self._iterate(inputs, guess) if self._iterated else self._run(inputs, parallel=parallel)
         )
         n, checks = len(self.coordinates), self._layout.checks
-        orders = self._outputs.derivatives
         position = out[:n]
         if guess is not None and len(self._layout.angles):
             rows = self._layout.angles
             drift = (guess[rows] - position[rows]) * (0.5 / np.pi)
             if np.abs(drift).max(initial=0.0) > 0.5:
                 position[rows] += 2 * np.pi * np.round(drift)
-        velocity = out[n : 2 * n] if orders > 0 else out[:0]
-        acceleration = out[2 * n : 3 * n] if orders > 1 else out[:0]
+        end = n + n * self.derivatives  # what lies beyond is no derivative
+        velocity, acceleration = out[n : min(2 * n, end)], out[2 * n : min(3 * n, end)]
+        jerk = out[3 * n : end]
         if not self._outputs.checks:
-            return self._unchecked(position, velocity, acceleration)
+            return self._unchecked(position, velocity, acceleration, jerk)
         far = np.zeros(out.shape[1:], dtype=bool)
         if within is not None and guess is not None and self._iterated:
             found = self._layout.found[0]
@@ -154,31 +159,44 @@ class Solver:
         if out.ndim == 1:
             residual, conditioning = float(out[checks]), float(out[checks + 1])
             if residual <= self._layout.tolerance and conditioning >= SINGULAR and not far:
-                return Tick(position, velocity, acceleration, 0, residual, conditioning)
+                return Tick(position, velocity, acceleration, 0, residual, conditioning, jerk)
             verdict = int(classify(out[:, None], self._layout)[0]) or int(Status.BRANCH_CHANGE)
             out[:checks] = np.nan
-            return Tick(position, velocity, acceleration, verdict, residual, float(out[checks + 1]))
+            conditioning = float(out[checks + 1])
+            return Tick(position, velocity, acceleration, verdict, residual, conditioning, jerk)
         status = classify(out, self._layout)
         status[(status == Status.CONVERGED) & far] = Status.BRANCH_CHANGE
         if status.any():
             out[:checks, status > 0] = np.nan
-        return Tick(position, velocity, acceleration, status, out[checks], out[checks + 1])
+        residual, conditioning = out[checks], out[checks + 1]
+        return Tick(position, velocity, acceleration, status, residual, conditioning, jerk)
 
     def _unchecked(
-        self, position: FloatArray, velocity: FloatArray, acceleration: FloatArray
+        self,
+        position: FloatArray,
+        velocity: FloatArray,
+        acceleration: FloatArray,
+        jerk: FloatArray,
     ) -> Tick:
         status = np.zeros(position.shape[1:], dtype=np.int8)
         if np.isnan(position.sum()):
             status = np.where(np.isnan(position).any(axis=0), Status.OUT_OF_REACH, status)
-        return Tick(position, velocity, acceleration, status, np.nan, np.nan)
+        return Tick(position, velocity, acceleration, status, np.nan, np.nan, jerk)
 
-    def _inputs_of(self, y: ArrayLike, yd: ArrayLike | None, ydd: ArrayLike | None) -> FloatArray:
+    def _inputs_of(
+        self,
+        y: ArrayLike,
+        yd: ArrayLike | None,
+        ydd: ArrayLike | None,
+        yddd: ArrayLike | None,
+    ) -> FloatArray:
         k = len(self.driven)
         first = np.asarray(y, dtype=float)
         if first.ndim not in (1, 2) or first.shape[0] != k:
             raise InputError("y", f"shape {first.shape}", f"({k},) or ({k}, n): one row per driven")
         parts = [first]
-        for name, given in (("yd", yd), ("ydd", ydd))[: self._outputs.derivatives]:
+        rates = (("yd", yd), ("ydd", ydd), ("yddd", yddd))
+        for name, given in rates[: self.derivatives]:
             part = np.zeros_like(first) if given is None else np.asarray(given, dtype=float)
             if part.shape != first.shape:
                 raise InputError(name, f"shape {part.shape}", f"{first.shape}, that of y")
@@ -188,11 +206,8 @@ class Solver:
     def _iterate(self, inputs: FloatArray, guess: FloatArray | None) -> FloatArray:
         single = inputs.ndim == 1
         columns = inputs[:, None] if single else inputs
-        k = len(self.driven)
-        y = np.zeros((3, k, columns.shape[1]))
-        given = columns.reshape(-1, k, columns.shape[1])
-        y[: len(given)] = given
-        tracker = Tracker(self._run_driven, self._layout, self._home_state())
+        y = columns.reshape(-1, len(self.driven), columns.shape[1])
+        tracker = Tracker(self._run, self._layout, self._home_state())
         if guess is not None:
             start = np.asarray(guess, dtype=float)[self._layout.found[0]]
             start = start[:, None] if start.ndim == 1 else start
@@ -207,14 +222,6 @@ class Solver:
                 column, _ = tracker.reach(0.0, y[:, :, i])
                 out[:, i] = column[:, 0]
         return out[:, 0] if single else out
-
-    def _run_driven(self, inputs: FloatArray) -> FloatArray:
-        """The kernel on full columns (y, yd, ydd, guess), of which it may take fewer orders."""
-        k = len(self.driven)
-        keep = (1 + self._outputs.derivatives) * k
-        if keep < 3 * k:
-            inputs = np.concatenate([inputs[:keep], inputs[3 * k :]])
-        return self._run(np.ascontiguousarray(inputs))
 
     def motion(
         self,
@@ -280,7 +287,7 @@ class Solver:
         parallel: bool = False,
     ) -> Iterator[xr.Dataset]:
         """As `solve`, in windows of at most `size` samples, so that any length fits in memory."""
-        if self._outputs.derivatives < 2 or not self._outputs.checks:
+        if self.derivatives < 2 or not self._outputs.checks:
             raise InputError(
                 "solver", "one compiled without accelerations or checks", "a full one; or use `at`"
             )
@@ -292,12 +299,15 @@ class Solver:
             )
         motion = motion.reordered(self.driven)
         points = self._points(bodies)
-        tracker = Tracker(self._run_driven, self._layout, self._home_state())
+        tracker = Tracker(self._run, self._layout, self._home_state())
         ending: Ending | None = None
         last: xr.Dataset | None = None
         lost = False
         for start in range(0, motion.count, size):
             samples = motion.window(start, min(start + size, motion.count))
+            if samples.jerk is None and self.derivatives > 2:
+                found = "position, velocity and acceleration"
+                raise InputError(f"motion {motion.name}", found, "jerk too, or position alone")
             out, status, ending, lost = self._window(samples, tracker, ending, lost, parallel)
             figures = None
             if points:

@@ -49,10 +49,10 @@ def frame(ds: xr.Dataset) -> pd.DataFrame:
     import pandas as pd
 
     columns: dict[str, Any] = {"time": ds["time"].values}
-    orders = {order: ds[order].values for order in ORDERS}
+    orders = {order: ds[order].values for order in ORDERS if order in ds}
     for k, name in enumerate(ds["coordinate"].values.tolist()):
-        for order in ORDERS:
-            columns[f"{name}.{order}"] = orders[order][:, k]
+        for order, values in orders.items():
+            columns[f"{name}.{order}"] = values[:, k]
     if "body" in ds:
         for b, body in enumerate(ds["body"].values.tolist()):
             for label, variable in _BODY.items():
@@ -141,7 +141,7 @@ def _netcdf(windows: Iterable[xr.Dataset], path: Path) -> None:
             if "time" not in variable.dims:
                 made[...] = values.astype(object) if text else values
         if "coordinate" in first:
-            for name in (*ORDERS, "home"):
+            for name in {*ORDERS, "home"} & set(first):
                 file[name].attrs["coordinates"] = "unit actuated driven"
         _append(file, first, 0)
         total = first.sizes["time"]

@@ -48,7 +48,9 @@ class Status(enum.IntEnum):
 
 
 class State(NamedTuple):
-    """Where a track has got to: time, driven values (3, k), iterated coordinates (3, m)."""
+    """Where a track has got to: time; driven values (orders, k), iterated coordinates (orders, m),
+    each with as many derivatives as the kernel knows.
+    """
 
     time: float
     driven: FloatArray
@@ -57,7 +59,7 @@ class State(NamedTuple):
 
 @dataclass(frozen=True)
 class Layout:
-    """Where a kernel's outputs lie: rows of iterated coordinates (3, m), of angles, of checks.
+    """Where a kernel's outputs lie: rows of iterated coordinates (orders, m), of angles, of checks.
 
     `tolerance` is the residual that counts as closed [m].
     """
@@ -142,13 +144,13 @@ def crossings(conditioning: FloatArray, status: StatusArray) -> StatusArray:
 
 def solve_all(run: Run, samples: Samples, layout: Layout) -> tuple[FloatArray, StatusArray]:
     """Every sample at once, where all has a closed form."""
-    out = run(np.concatenate([samples.position, samples.velocity, samples.acceleration]))
+    out = run(np.concatenate(samples.orders[: len(layout.found)]))
     status = classify(out, layout)
     return out, crossings(out[layout.checks + 1], status)
 
 
 def _columns(y: FloatArray, guess: FloatArray) -> FloatArray:
-    """Kernel inputs of one sample or many: driven (3, k[, n]) and guess (m[, n])."""
+    """Kernel inputs of one sample or many: driven (orders, k[, n]) and guess (m[, n])."""
     return np.concatenate([y.reshape(-1, *y.shape[2:]), guess])
 
 
@@ -157,7 +159,7 @@ _END = np.array([[0, 0, 0, 10, -15, 6], [0, 0, 0, -4, 7, -3], [0, 0, 0, 0.5, -1,
 
 
 def hermite(nodes: FloatArray, values: FloatArray, at: FloatArray, order: int = 0) -> FloatArray:
-    """Quintic Hermite interpolation: nodes (K,), values with two derivatives (3, m, K).
+    """Quintic Hermite interpolation: nodes (K,), values with two derivatives or more (3+, m, K).
 
     Returns (m, len(at)), or its derivative of the given order.
     """
@@ -182,7 +184,7 @@ class Tracker:
         self.state = home
 
     def solve(self, y: FloatArray, guess: FloatArray) -> FloatArray:
-        """A batch from guesses: y (3, k, n), guess (m, n); repeated until it converges or not."""
+        """A batch from guesses: y (orders, k, n), guess (m, n); repeated while that may help."""
         out = self._run(_columns(y, guess))
         checks = self._layout.checks
         for repeat in range(_REPEATS):
@@ -211,7 +213,7 @@ class Tracker:
         return State(time, y, out[self._layout.found])
 
     def step(self, time: float, y: FloatArray) -> tuple[FloatArray, Status]:
-        """One step from the last state to `y` (3, k), accepted only on the same branch."""
+        """One step from the last state to `y` (orders, k), accepted only on the same branch."""
         a = self.state
         h = time - a.time
         # Without time between them (from home, say) there is nothing to predict with.
@@ -242,7 +244,7 @@ class Tracker:
                 at = begin.time + target * (time - begin.time)
                 nodes, ends = np.array([begin.time, time]), np.stack([begin.driven, y], axis=2)
                 there = np.array(
-                    [hermite(nodes, ends, np.array([at]), order)[:, 0] for order in range(3)]
+                    [hermite(nodes, ends, np.array([at]), order)[:, 0] for order in range(len(y))]
                 )
             else:
                 at, there = time, begin.driven.copy()
@@ -262,7 +264,7 @@ class Tracker:
     def follow(self, samples: Samples) -> tuple[FloatArray, StatusArray]:
         """All samples of a window: coarse ones one by one, then those between in one batch."""
         n, time = len(samples.time), samples.time
-        y = np.array([samples.position, samples.velocity, samples.acceleration])
+        y = np.array(samples.orders[: len(self._layout.found)])
         out = np.full((self._layout.checks + CHECKS, n), np.nan)
         status = np.full(n, Status.NOT_REACHED, dtype=np.int8)
         nodes, states = [-1], [self.state]
