@@ -26,6 +26,7 @@ from rich.table import Table
 
 import parakin
 from benchmarks.baselines import COORDINATES, build_c_strokes, solve_motion_scipy
+from benchmarks.peers import mujoco_hexapod, pinocchio_hexapod
 from parakin.tables import write
 
 BATCH, MILLION = 1_000, 1_000_000
@@ -226,6 +227,37 @@ def hexapod(report: Report) -> None:
         f"{1e9 * seconds:.0f} ns a pose",
         "150 ns",
     )
+    alone = best(lambda: forward.at(found[:, 0], guess=start[rows, 0]), calls=500)
+    report.add("6-UPS, the same, one pose", f"{1e6 * alone:.1f} µs")
+    forward.at(found)  # compiles what walks from home
+    walked = best(lambda: forward.at(found)) / BATCH
+    report.add("6-UPS, pose from lengths, no guess", f"{1e9 * walked:.0f} ns a pose")
+    compare_hexapod(report, y, found, start, seconds)
+
+
+def compare_hexapod(
+    report: Report, poses: np.ndarray, lengths: np.ndarray, guesses: np.ndarray, forward: float
+) -> None:
+    """The same hexapod on other engines, called from Python; `forward`: seconds a pose here."""
+    names = [name for i in range(1, 7) for name in (f"U{i}.1", f"U{i}.2", f"P{i}")]
+    joints = parakin.compile("gough-stewart", coordinates=names, derivatives=0)
+    inverse = best(lambda: joints.at(poses)) / BATCH
+    what = "6-UPS, its 18 leg coordinates from poses"
+    report.add(f"{what}, checked", f"{1e9 * inverse:.0f} ns a pose")
+    few = np.s_[:, ::10]
+    for engine, solve in (("MuJoCo", mujoco_hexapod), ("Pinocchio", pinocchio_hexapod)):
+        peer = solve(poses[few], lengths[few], guesses[few])
+        if peer is None:
+            report.add(f"6-UPS with {engine}", "not installed: pip install 'parakin[peers]'")
+            continue
+        assert peer.error < 1e-9
+        for task, theirs, ours in (
+            (what, peer.inverse_seconds, inverse),
+            ("6-UPS, pose from lengths", peer.forward_seconds, forward),
+        ):
+            label = f"{task}: Newton on {engine} {peer.version}"
+            ratio = f"{theirs / ours:,.0f} x parakin's"
+            report.add(label, f"{1e6 * theirs:.1f} µs a pose", "", ratio)
 
 
 def others(report: Report) -> None:

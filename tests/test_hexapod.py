@@ -91,3 +91,42 @@ def test_an_answer_too_far_from_its_guess_is_a_branch_change(
     refused = forward.at(lengths, guess=guess, within=0.01)
     assert refused.status == Status.BRANCH_CHANGE
     assert np.isnan(refused.position).all()
+
+
+def test_unordered_poses_need_no_guess(solvers: tuple[parakin.Solver, parakin.Solver]) -> None:
+    inverse, forward = solvers
+    poses = random_poses(np.random.default_rng(4), COUNT // 10)
+    tick = forward.at(inverse.at(poses).position)
+    assert not np.any(tick.status)
+    platform = [forward.coordinates.index(n) for n in inverse.driven]
+    assert np.abs(tick.position[platform] - poses).max() < 1e-9
+
+
+def test_a_batch_that_walks_from_home_stays_on_its_branch_or_is_flagged(
+    solvers: tuple[parakin.Solver, parakin.Solver],
+) -> None:
+    """Lengths of poses beyond a type 2 singularity (the platform turned by up to half a turn about
+    the vertical) have another answer on home's branch, if any.
+    """
+    inverse, forward = solvers
+    rng = np.random.default_rng(5)
+    poses = random_poses(rng, 500)
+    poses[5] = rng.uniform(np.radians(110), np.pi, 500)
+    tick = forward.at(leg_lengths(poses) - 1.0)
+    good = np.asarray(tick.status) == Status.CONVERGED
+    assert good.any()
+    assert np.isnan(tick.position[:, ~good]).all()
+    platform = [forward.coordinates.index(n) for n in inverse.driven]
+    found = tick.position[platform][:, good]
+    np.testing.assert_allclose(leg_lengths(found), leg_lengths(poses)[:, good], atol=1e-11)
+    assert (np.abs(found - poses[:, good]).max(axis=0) > 0.1).all()
+    assert (np.asarray(tick.conditioning)[good] > 0).all()
+
+
+def test_lengths_out_of_reach_are_flagged(solvers: tuple[parakin.Solver, parakin.Solver]) -> None:
+    """A leg longer than its neighbour and all that lies between their ends."""
+    lengths = np.zeros((6, 3))
+    lengths[0] = [2.0, 5.0, 1e6]
+    tick = solvers[1].at(lengths)
+    assert np.all(np.asarray(tick.status) > 0)
+    assert np.isnan(tick.position).all()

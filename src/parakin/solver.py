@@ -7,6 +7,7 @@ arrays; `solve` a motion, as a labelled Dataset; `stream` a motion of any length
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -29,19 +30,22 @@ from parakin.tracking import (
     Ending,
     FloatArray,
     Layout,
+    Run,
     State,
     Status,
     StatusArray,
     Tracker,
     classify,
+    iterate,
     solve_all,
     unwrap,
+    walk,
 )
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_STEPS = 2  # Newton steps per run of a kernel
+_STEPS = 3  # Newton steps per run of a kernel: round-off from one or two hundredths away
 _SPREAD = 8192  # batches smaller than this are not worth a second core
 
 
@@ -130,16 +134,19 @@ class Solver:
         y, yd, ydd, yddd: driven positions, velocities, accelerations and jerks, (k,) or (k, n),
         SI; zero where not given. guess: positions as an earlier `Tick` gave them, rows
         `coordinates`; angles come out within half a turn of it, and coordinates that are
-        iterated start from it (from home without it, in small steps). within: how far from the
-        guess an iterated coordinate may come out [m or rad]; what lies further off is flagged as
-        a branch change. parallel: use all cores.
+        iterated start from it (without it, the whole batch walks there from home, each pose
+        straight and in its own steps). within: how far from the guess an iterated coordinate may
+        come out [m or rad]; what lies further off is flagged as a branch change. parallel: use
+        all cores.
         Samples that fail have a status other than CONVERGED and NaN throughout.
         Raises InputError on arrays of the wrong shape.
         """
         inputs = self._inputs_of(y, yd, ydd, yddd)
-        out = (
-            self._iterate(inputs, guess) if self._iterated else self._run(inputs, parallel=parallel)
-        )
+        walked: StatusArray | int = 0
+        if self._iterated:
+            out, walked = self._iterate(inputs, guess)
+        else:
+            out = self._run(inputs, parallel=parallel)
         n, checks = len(self.coordinates), self._layout.checks
         position = out[:n]
         if guess is not None and len(self._layout.angles):
@@ -158,13 +165,15 @@ class Solver:
             far = ~(np.abs(out[found] - np.asarray(guess)[found]).max(axis=0) <= within)
         if out.ndim == 1:
             residual, conditioning = float(out[checks]), float(out[checks + 1])
-            if residual <= self._layout.tolerance and conditioning >= SINGULAR and not far:
+            good = residual <= self._layout.tolerance and conditioning >= SINGULAR
+            if good and not far and not walked:
                 return Tick(position, velocity, acceleration, 0, residual, conditioning, jerk)
             verdict = int(classify(out[:, None], self._layout)[0]) or int(Status.BRANCH_CHANGE)
+            verdict = int(walked) or verdict
             out[:checks] = np.nan
             conditioning = float(out[checks + 1])
             return Tick(position, velocity, acceleration, verdict, residual, conditioning, jerk)
-        status = classify(out, self._layout)
+        status = np.where(walked, walked, classify(out, self._layout)).astype(np.int8)
         status[(status == Status.CONVERGED) & far] = Status.BRANCH_CHANGE
         if status.any():
             out[:checks, status > 0] = np.nan
@@ -203,25 +212,40 @@ class Solver:
             parts.append(part)
         return np.ascontiguousarray(np.concatenate(parts) if len(parts) > 1 else first)
 
-    def _iterate(self, inputs: FloatArray, guess: FloatArray | None) -> FloatArray:
-        single = inputs.ndim == 1
-        columns = inputs[:, None] if single else inputs
-        y = columns.reshape(-1, len(self.driven), columns.shape[1])
-        tracker = Tracker(self._run, self._layout, self._home_state())
-        if guess is not None:
+    def _iterate(
+        self, inputs: FloatArray, guess: FloatArray | None
+    ) -> tuple[FloatArray, StatusArray | int]:
+        """Outputs, and where there is no guess what became of the walk from home."""
+        columns = inputs[:, None] if inputs.ndim == 1 else inputs
+        walked: StatusArray | None = None
+        if guess is None:
+            run, layout = self._walker
+            goal = columns[: len(self.driven)]
+            steps, walked = walk(run, layout, self._home_state(), goal)
+            start = steps[layout.found[0]]
+        else:
             start = np.asarray(guess, dtype=float)[self._layout.found[0]]
             start = start[:, None] if start.ndim == 1 else start
-            start = np.broadcast_to(start, (len(start), columns.shape[1]))
-            out = tracker.solve(y, np.ascontiguousarray(start))
-        else:
-            home = self._home_state().found[0]
-            out = tracker.solve(y, np.repeat(home[:, None], columns.shape[1], axis=1))
-            status = classify(out, self._layout)
-            for i in np.flatnonzero(status):
-                tracker.state = self._home_state()._replace(time=0.0)
-                column, _ = tracker.reach(0.0, y[:, :, i])
-                out[:, i] = column[:, 0]
-        return out[:, 0] if single else out
+            if start.shape[1] != columns.shape[1]:
+                start = np.broadcast_to(start, (len(start), columns.shape[1]))
+        out = iterate(self._run, self._layout, columns, start)
+        if inputs.ndim == 1:
+            return out[:, 0], 0 if walked is None else int(walked[0])
+        return out, 0 if walked is None else walked
+
+    @cached_property
+    def _walker(self) -> tuple[Run, Layout]:
+        """What walks from home: the iterated coordinates and their rates alone."""
+        outputs = Outputs(tuple(self._iterated), derivatives=1)
+        kernel = make_kernel(self.plan, outputs, machine_code=self.machine_code, steps=_STEPS)
+        rows = output_count(outputs)
+
+        def run(inputs: FloatArray) -> FloatArray:
+            out = np.empty((rows, inputs.shape[1]))
+            kernel(inputs, out, False)
+            return out
+
+        return run, _layout(self.plan, outputs)
 
     def motion(
         self,

@@ -149,9 +149,91 @@ def solve_all(run: Run, samples: Samples, layout: Layout) -> tuple[FloatArray, S
     return out, crossings(out[layout.checks + 1], status)
 
 
-def _columns(y: FloatArray, guess: FloatArray) -> FloatArray:
-    """Kernel inputs of one sample or many: driven (orders, k[, n]) and guess (m[, n])."""
-    return np.concatenate([y.reshape(-1, *y.shape[2:]), guess])
+def iterate(run: Run, layout: Layout, driven: FloatArray, guess: FloatArray) -> FloatArray:
+    """A batch from guesses, repeated while that may help.
+
+    driven (orders k, n): positions and derivatives; guess (m, n).
+    """
+    out = run(np.ascontiguousarray(np.concatenate([driven, guess])))
+    residual = out[layout.checks]
+    for repeat in range(_REPEATS):
+        # A step or two beyond what is needed reaches round-off, and costs little.
+        wanted = layout.tolerance * (0.01 if repeat < 2 else 1.0)
+        if residual.max(initial=0.0) <= wanted:
+            break
+        open_ = ~(residual <= wanted) & _hopeful(out, layout)
+        if not open_.any():
+            break
+        again = np.concatenate([driven[:, open_], out[layout.found[0]][:, open_]])
+        out[:, open_] = run(np.ascontiguousarray(again))
+    return out
+
+
+def _hopeful(out: FloatArray, layout: Layout) -> NDArray[np.bool_]:
+    """Whether another step may help: the iteration is finite, and it moves while what follows
+    from it is still out of reach.
+    """
+    finite = np.isfinite(out[layout.found[0]]).all(axis=0)
+    settled = np.isnan(out[layout.checks]) & ~(out[layout.checks + 2] > 1e-10)
+    hopeful: NDArray[np.bool_] = finite & ~settled
+    return hopeful
+
+
+def _trusted(
+    found: FloatArray, guess: FloatArray, before: FloatArray, axis: int | None = None
+) -> NDArray[np.bool_]:
+    """Whether a step's correction is small against the step, as on one branch it has to be."""
+    moved = np.abs(found - before).max(axis=axis, initial=0.0)
+    corrected = np.abs(found - guess).max(axis=axis, initial=0.0)
+    trusted: NDArray[np.bool_] = (corrected <= 0.25 * moved + 1e-3) & (corrected <= 0.3)
+    return trusted
+
+
+def walk(
+    run: Run, layout: Layout, begin: State, goal: FloatArray
+) -> tuple[FloatArray, StatusArray]:
+    """From one state to many poses `goal` (k, n), each straight and in its own steps, all at once.
+
+    Takes outputs with one derivative at least, by which each step is foretold; in those returned
+    driven coordinates move at `goal` less where they began.
+    """
+    n, k = goal.shape[1], len(goal)
+    start = begin.driven[0][:, None]
+    driven = np.zeros((len(layout.found), k, n))
+    driven[1] = goal - start
+
+    def at(part: FloatArray, guess: FloatArray, chosen: NDArray[np.intp]) -> FloatArray:
+        columns = driven[:, :, chosen]
+        columns[0] = start + part * columns[1]
+        return iterate(run, layout, columns.reshape(-1, len(chosen)), guess)
+
+    here = np.repeat(begin.found[0][:, None], n, axis=1)
+    part, size = np.zeros(n), np.ones(n)
+    out = at(part, here, np.arange(n))
+    status = classify(out, layout)
+    tangent = out[layout.found[1]]
+    going = np.flatnonzero(status == Status.CONVERGED)
+    for _ in range(_ATTEMPTS):
+        if not len(going):
+            return out, status
+        target = np.minimum(part[going] + size[going], 1.0)
+        guess = here[:, going] + (target - part[going]) * tangent[:, going]
+        found = at(target, guess, going)
+        verdict = classify(found, layout)
+        position = found[layout.found[0]]
+        doubtful = ~_trusted(position, guess, here[:, going], axis=0)
+        verdict[(verdict == Status.CONVERGED) & doubtful] = Status.BRANCH_CHANGE
+        good = verdict == Status.CONVERGED
+        done = going[good]
+        here[:, done], part[done] = position[:, good], target[good]
+        tangent[:, done] = found[layout.found[1]][:, good]
+        size[done] *= 2.0
+        size[going[~good]] *= 0.5
+        stuck = size[going] < 0.5**_HALVINGS
+        out[:, going], status[going] = found, verdict
+        going = going[~(good & (target == 1.0)) & ~stuck]
+    status[going] = Status.ITERATION_LIMIT
+    return out, status
 
 
 _START = np.array([[1, 0, 0, -10, 15, -6], [0, 1, 0, -6, 8, -3], [0, 0, 0.5, -1.5, 1.5, -0.5]])
@@ -184,30 +266,8 @@ class Tracker:
         self.state = home
 
     def solve(self, y: FloatArray, guess: FloatArray) -> FloatArray:
-        """A batch from guesses: y (orders, k, n), guess (m, n); repeated while that may help."""
-        out = self._run(_columns(y, guess))
-        checks = self._layout.checks
-        for repeat in range(_REPEATS):
-            # A step or two beyond what is needed reaches round-off, and costs little.
-            wanted = self._layout.tolerance * (0.01 if repeat < 2 else 1.0)
-            open_ = ~(out[checks] <= wanted) & self._hopeful(out)
-            if not open_.any():
-                break
-            again = self._run(
-                np.ascontiguousarray(_columns(y[:, :, open_], out[self._layout.found[0]][:, open_]))
-            )
-            out[:, open_] = again
-        return out
-
-    def _hopeful(self, out: FloatArray) -> NDArray[np.bool_]:
-        """Whether another step may help: the iteration is finite, and it moves while what follows
-        from it is still out of reach.
-        """
-        checks = self._layout.checks
-        finite = np.isfinite(out[self._layout.found[0]]).all(axis=0)
-        settled = np.isnan(out[checks]) & ~(out[checks + 2] > 1e-10)
-        hopeful: NDArray[np.bool_] = finite & ~settled
-        return hopeful
+        """A batch from guesses: y (orders, k, n), guess (m, n)."""
+        return iterate(self._run, self._layout, y.reshape(-1, y.shape[2]), guess)
 
     def _state(self, time: float, y: FloatArray, out: FloatArray) -> State:
         return State(time, y, out[self._layout.found])
@@ -216,41 +276,39 @@ class Tracker:
         """One step from the last state to `y` (orders, k), accepted only on the same branch."""
         a = self.state
         h = time - a.time
-        # Without time between them (from home, say) there is nothing to predict with.
-        guess = a.found[0] + h * a.found[1] + 0.5 * h * h * a.found[2] if h > 0 else a.found[0]
+        guess = a.found[0] + h * a.found[1] + 0.5 * h * h * a.found[2]
         out = self.solve(y[:, :, None], guess[:, None])
         status = Status(int(classify(out, self._layout)[0]))
         if status == Status.CONVERGED:
-            found = out[self._layout.found[0], 0]
-            moved = np.abs(found - a.found[0]).max(initial=0.0)
-            corrected = np.abs(found - guess).max(initial=0.0)
-            if corrected > 0.25 * moved + 1e-3 or corrected > 0.3:
+            if not _trusted(out[self._layout.found[0], 0], guess, a.found[0]):
                 return out, Status.BRANCH_CHANGE
             self.state = self._state(time, y, out[:, 0])
         return out, status
 
+    def enter(self, time: float, y: FloatArray) -> tuple[FloatArray, Status]:
+        """From home to where a motion begins."""
+        out, status = walk(self._run, self._layout, self.state, y[0][:, None])
+        verdict = Status(int(status[0]))
+        if verdict == Status.CONVERGED:
+            out = self.solve(y[:, :, None], out[self._layout.found[0]])
+            self.state = self._state(time, y, out[:, 0])
+        return out, verdict
+
     def reach(self, time: float, y: FloatArray) -> tuple[FloatArray, Status]:
         """From the last state to `y` in as many steps as it takes.
 
-        In between, the driven values follow a quintic in time, or a straight line where no time
-        passes. Gives up, leaving the state at the last good pose, when steps become tiny.
+        In between, the driven values follow a quintic in time. Gives up, leaving the state at the
+        last good pose, when steps become tiny.
         """
         begin = self.state
+        nodes, ends = np.array([begin.time, time]), np.stack([begin.driven, y], axis=2)
         fraction, size = 0.0, 1.0
         for _ in range(_ATTEMPTS):
             last = fraction + size >= 1.0
             target = 1.0 if last else fraction + size
-            if time > begin.time:
-                at = begin.time + target * (time - begin.time)
-                nodes, ends = np.array([begin.time, time]), np.stack([begin.driven, y], axis=2)
-                there = np.array(
-                    [hermite(nodes, ends, np.array([at]), order)[:, 0] for order in range(len(y))]
-                )
-            else:
-                at, there = time, begin.driven.copy()
-                there[0] += target * (y[0] - begin.driven[0])
-                there[1:] = y[1:] if last else 0.0
-            out, status = self.step(at, y if last else there)
+            at = begin.time + target * (time - begin.time)
+            there = [hermite(nodes, ends, np.array([at]), order)[:, 0] for order in range(len(y))]
+            out, status = self.step(at, y if last else np.array(there))
             if status == Status.CONVERGED:
                 if last:
                     return out, status
@@ -270,10 +328,13 @@ class Tracker:
         nodes, states = [-1], [self.state]
         while nodes[-1] < n - 1:
             goal = 0 if nodes[-1] < 0 else min(nodes[-1] + _STRIDE, n - 1)
-            column, verdict = self.step(float(time[goal]), y[:, :, goal])
-            if verdict != Status.CONVERGED:  # sample by sample through the hard part
-                goal = nodes[-1] + 1
-                column, verdict = self.reach(float(time[goal]), y[:, :, goal])
+            if np.isnan(self.state.time):
+                column, verdict = self.enter(float(time[goal]), y[:, :, goal])
+            else:
+                column, verdict = self.step(float(time[goal]), y[:, :, goal])
+                if verdict != Status.CONVERGED:  # sample by sample through the hard part
+                    goal = nodes[-1] + 1
+                    column, verdict = self.reach(float(time[goal]), y[:, :, goal])
             status[goal] = verdict
             if verdict != Status.CONVERGED:
                 break
