@@ -24,11 +24,12 @@ def test_a_five_bar_crosses_type_2_where_its_distal_links_align(rate: float) -> 
     result = parakin.require_solved(solver.solve(motion))
     near = solver.singularities(result)
     (crossing,) = near.crossings
-    assert crossing.type == 2
+    assert crossing.kind == "type 2"
     # Between samples the motion is a quintic; at 60 Hz that is what limits the time found.
     exact = time_of(down, 0.09, 0.0, 1.0)
     assert abs(crossing.time - exact) < 1e-9
-    assert crossing.words == "platform.y can move while A1, A2 are locked"
+    assert crossing.words == "the platform moves along y with the actuators locked (A1 and A2)"
+    assert not crossing.ends
     assert float(near.type2.min()) < 0.05
     assert float(near.type1.min()) > 0.2
 
@@ -42,9 +43,14 @@ def test_a_five_bar_stops_where_an_arm_is_stretched() -> None:
     first = int(np.argmax(result.status.values != 0))
     y = motion.samples().position[1]
     assert y[first - 1] <= reach <= y[first]
-    near = solver.singularities(result)
+    near = solver.singularities(result, motion)
     assert float(np.nanmin(near.type1)) < 0.1
     assert np.isnan(near.type1[first:]).all()
+    (ending,) = near.crossings
+    assert ending.kind == "type 1"
+    assert ending.ends
+    assert ending.words == "A1 and A2 move while the platform rests"
+    assert abs(ending.time - time_of(up, reach, 0.0, 1.0)) < 1e-9
 
 
 def test_a_rocker_has_two_dead_centres_in_a_turn() -> None:
@@ -61,9 +67,9 @@ def test_a_rocker_has_two_dead_centres_in_a_turn() -> None:
         if solver.home["A"] < start + 2 * np.pi * k < solver.home["A"] + 2 * np.pi
     )
     times = [time_of(turning, angle, 0.0, 1.0) for angle in angles]
-    assert [crossing.type for crossing in near.crossings] == [1, 1]
+    assert [crossing.kind for crossing in near.crossings] == ["type 1", "type 1"]
     assert [c.time for c in near.crossings] == pytest.approx(times, abs=1e-9)
-    assert {c.words for c in near.crossings} == {"A can move while D are locked"}
+    assert {c.words for c in near.crossings} == {"A moves while D rests"}
 
 
 def test_the_flight_simulator_meets_none_in_its_examples() -> None:
@@ -81,12 +87,75 @@ def test_without_actuators_there_is_no_saying() -> None:
         update={"joints": tuple(j.model_copy(update={"actuated": False}) for j in mechanism.joints)}
     )
     solver = parakin.compile(passive, machine_code=False)
-    with pytest.raises(parakin.InputError, match="0 actuated coordinates"):
+    with pytest.raises(parakin.InputError, match="0 actuated coordinates and 1 driven"):
         solver.singularities(solver.solve(from_laws("rest", {"A": constant(1.0)}, 0.1, 50.0)))
 
 
 def test_the_command_says_how_near(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["solve", "flight-simulator", "general", "--singularities"]) == 0
     said = capsys.readouterr().err
-    assert "type 1 (actuators move, outputs rest): nearest" in said
-    assert "type 2 (outputs move, actuators are locked): nearest" in said
+    assert "type 1 (actuators move, outputs rest): least" in said
+    assert "type 2 (outputs move, actuators are locked): least" in said
+    assert "all closure rows: least" in said
+
+
+def test_an_octahedral_hexapod_turned_a_quarter_meets_fichters_singularity() -> None:
+    """Fichter (1986): turned by 90 degrees about its normal, whatever its height, the platform of
+    a symmetric hexapod moves on a screw along that normal with all legs locked.
+    """
+    solver = parakin.compile("gough-stewart", machine_code=False)
+    turning = polynomial345(0.0, 2.0, 1.0)
+    laws = {n: constant(solver.home[n]) for n in solver.driven} | {"platform.yaw": turning}
+    motion = from_laws("turn", laws, 1.0, 200.0)
+    near = solver.singularities(solver.solve(motion), motion)
+    (crossing,) = near.crossings
+    assert crossing.kind == "type 2"
+    assert abs(crossing.time - time_of(turning, np.pi / 2, 0.0, 1.0)) < 1e-9
+    assert crossing.words.startswith("the platform turns about its own z, advancing -")
+    # With base radius 1.2, platform 0.7: all legs have one moment over one height, from the
+    # lines through A and B = A + leg: pitch = -(A x B).z / (B - A).z, the same for all six.
+    a, b = leg_ends(np.pi / 2)
+    pitches = -np.cross(a, b - a)[:, 2] / (b - a)[:, 2]
+    assert np.ptp(pitches) < 1e-12
+    assert f"advancing {2e3 * np.pi * pitches[0]:.3f} mm a turn" in crossing.words
+
+
+def leg_ends(yaw: float) -> tuple[np.ndarray, np.ndarray]:
+    half = np.radians(10)
+    base = np.radians([0, 0, 120, 120, 240, 240]) + half * np.array([-1, 1, -1, 1, -1, 1])
+    top = np.radians([-60, 60, 60, 180, 180, -60]) + half * np.array([1, -1, 1, -1, 1, -1]) + yaw
+    height = parakin.compile("gough-stewart", machine_code=False).home["platform.z"]
+    a = 1.2 * np.stack([np.cos(base), np.sin(base), 0 * base], axis=1)
+    b = 0.7 * np.stack([np.cos(top), np.sin(top), 0 * top], axis=1) + [0, 0, height]
+    return a, b
+
+
+def test_a_3_upu_loses_a_constraint_where_its_three_moments_are_in_a_plane() -> None:
+    """Each leg of a translating 3-UPU forbids one turn, about the normal of its two axes on
+    either body. (Zlatanov, Bonev and Gosselin 2002: a constraint singularity.) Lowered onto the
+    base, the three normals come to lie in its plane: the platform can turn, whatever is driven.
+    """
+    solver = parakin.compile("3-upu", machine_code=False)
+    height = solver.home["platform.z"]
+    down = polynomial345(height, -1.5 * height, 1.0)
+    laws = {n: constant(solver.home[n]) for n in solver.driven} | {"platform.z": down}
+    motion = from_laws("down", laws, 1.0, 500.0)
+    near = solver.singularities(solver.solve(motion), motion)
+    assert float(np.nanmin(near.whole)) < 0.02 * float(np.nanmax(near.whole))
+    assert {c.kind for c in near.crossings} == {"constraint"}
+    (crossing,) = near.crossings
+    assert abs(crossing.time - time_of(down, 0.0, 0.0, 1.0)) < 1e-9
+
+
+def test_outputs_are_found_where_the_actuators_are_driven_by_the_file() -> None:
+    mechanism = parakin.load("delta")
+    forward = mechanism.model_copy(
+        update={"driven": tuple(j.name for j in mechanism.joints if j.actuated)}
+    )
+    both = []
+    for given in (mechanism, forward):
+        solver = parakin.compile(given, machine_code=False)
+        rest = from_laws("rest", {n: constant(solver.home[n]) for n in solver.driven}, 0.1, 50.0)
+        near = solver.singularities(solver.solve(rest))
+        both.append((near.type1[0], near.type2[0]))
+    np.testing.assert_allclose(both[0], both[1], atol=1e-12)

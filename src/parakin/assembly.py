@@ -324,11 +324,16 @@ def joint_gap(at: Configuration, cut: int) -> tuple[float, float]:
 
 
 def freedoms(
-    graph: Graph, tree: Tree, at: Configuration, signs: Mapping[int, FloatArray] | None = None
+    graph: Graph,
+    tree: Tree,
+    at: Configuration,
+    signs: Mapping[int, FloatArray] | None = None,
+    extra: int = 0,
 ) -> tuple[FloatArray, int]:
     """The motions the closed loops allow, (n, mobility), and the rank of all closure rows.
 
     The motions give the rate of every coordinate, those of cut joints too, in scaled units.
+    extra: how many motions more to take as allowed, those least opposed.
     """
     signs = loop_signs(graph, tree) if signs is None else signs
     scales = coordinate_scales(graph)
@@ -336,7 +341,7 @@ def freedoms(
     inside = [n for k, _ in tree.steps for n in graph.joints[k].coordinates]
     J = jacobian[:, inside] * scales[inside]
     _, sizes, right = np.linalg.svd(J, full_matrices=True) if J.size else (None, np.zeros(0), None)
-    rank = int((sizes > _RANK * sizes.max(initial=1.0)).sum())
+    rank = int((sizes > _RANK * sizes.max(initial=1.0)).sum()) - extra
     kernel = right[rank:].T if right is not None else np.eye(len(inside))
     motions = np.zeros((len(graph.coordinates), kernel.shape[1]))
     motions[inside] = kernel * scales[inside][:, None]

@@ -298,7 +298,11 @@ def _solve(options: argparse.Namespace) -> int:
     console.print(title, style="bold", markup=False)
     console.print(solve_report(run.last, run.found, run.seconds))
     if options.singularities:
-        console.print(singularities_report(solver.singularities(run.picture())))
+        picture = run.picture()
+        whole = picture.sizes["time"] == motion.count  # a long motion is thinned
+        console.print(
+            singularities_report(solver.singularities(picture, motion if whole else None))
+        )
     written = [str(path) for path in (output, options.plot) if path is not None]
     if written:
         console.print(f"wrote {', '.join(written)}", markup=False)

@@ -208,17 +208,20 @@ def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> Renderab
 def singularities_report(found: Closeness) -> RenderableType:
     """How near a motion comes to singularities: what `parakin solve --singularities` adds."""
     lines = []
-    for kind, figure, what in (
-        (1, found.type1, "actuators move, outputs rest"),
-        (2, found.type2, "outputs move, actuators are locked"),
+    for what, figure in (
+        ("type 1 (actuators move, outputs rest)", found.type1),
+        ("type 2 (outputs move, actuators are locked)", found.type2),
+        ("all closure rows", found.whole),
     ):
         if np.isfinite(figure).any():
             i = int(np.nanargmin(figure))
-            lines.append(
-                Text(f"type {kind} ({what}): nearest {figure[i]:.3f} at {found.time[i]:.6g} s")
-            )
+            lines.append(Text(f"{what}: least {figure[i]:.3f} at {found.time[i]:.6g} s"))
     lines += [
-        Text(f"crosses type {c.type} at {c.time:.9f} s: {c.words}", style="bold red")
+        Text(
+            f"{'ends at' if c.ends else 'crosses'} a {c.kind} singularity at {c.time:.9f} s: "
+            f"{c.words}",
+            style="bold red",
+        )
         for c in found.crossings
     ]
     return Group(*lines)

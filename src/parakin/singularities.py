@@ -1,4 +1,4 @@
-"""Singularities along a motion: near which kind, and where one is crossed.
+"""Singularities along a motion: near which kind, where one is crossed, and which one ended it.
 
 After Gosselin and Angeles (1990): with rates of the actuators q' and of the outputs x' tied by
 A x' + B q' = 0, a type 1 singularity is one of B (the actuators move while the output rests), type
@@ -6,163 +6,361 @@ A x' + B q' = 0, a type 1 singularity is one of B (the actuators move while the 
 set of driven coordinates gives to the other, which the kernel knows for every sample; their
 orthonormal basis has a part in the actuators and a part in the outputs, with singular values
 cosine and sine of the same angles: a figure for each type between 0 (singular) and 1.
+
+After Zlatanov, Fenton and Benhabib (1995): where all closure rows together lose rank, the
+mechanism gains a freedom whatever is driven (increased instantaneous mobility; a constraint
+singularity where the platform moves by it). And the passive joints alone may go free.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from parakin.assembly import FloatArray, coordinate_scales
+from parakin import closure
+from parakin.assembly import FloatArray, configure, coordinate_scales, freedoms
+from parakin.connectivity import jacobian
 from parakin.errors import InputError
-from parakin.tracking import Status
+from parakin.graph import Graph
+from parakin.kernel import CHECKS, Outputs
+from parakin.machine import make_kernel, output_count
+from parakin.plan import Block, Plan
+from parakin.recursion import Circuits, slide, turn
+from parakin.spatial import ARRAYS
+from parakin.tracking import RESIDUAL, Status, hermite
+from parakin.words import moving, names, platform_motion
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from parakin.motion import Motion
     from parakin.solver import Solver
 
+Kind = Literal["type 1", "type 2", "constraint", "passive", "driven"]
+
 _LOCATED = 1e-10  # [s]
+_STEPS = 8  # Newton steps where a plan iterates, from the sample before
+_RANK = 1e-8
+_LOST = 1e-3  # of its best value along the motion: a rank that is lost
+_STILL = 1e-3  # of what moves most: what rests
 
 
 @dataclass(frozen=True)
 class Crossing:
-    """A singularity between two samples: its time [s], its type, and what goes free or is lost."""
+    """A singularity at a time [s] between two samples, its kind, and what goes free or is lost.
+
+    "type 1", "type 2"; "constraint": all rows together lose rank; "passive": joints that are
+    neither actuated nor outputs go free; "driven": the driven coordinates, being neither the
+    actuated ones nor the outputs, determine the rest no longer. `ends`: the motion stops there.
+    """
 
     time: float
-    type: Literal[1, 2]
+    kind: Kind
     words: str
+    ends: bool = False
 
 
 @dataclass(frozen=True)
 class Closeness:
-    """Per sample, `type1` and `type2` between 0 (singular) and 1; and the crossings."""
+    """Per sample, between 0 (singular) and 1: `type1`, `type2`, `passive` (the conditioning of
+    what was solved) and `whole` (least over largest singular value of all closure rows by all
+    coordinates, redundant rows left out); and the crossings.
+    """
 
     time: FloatArray
     type1: FloatArray
     type2: FloatArray
+    passive: FloatArray
+    whole: FloatArray
     crossings: tuple[Crossing, ...]
 
 
-def closeness(solver: Solver, result: xr.Dataset) -> Closeness:
-    """How near a solved motion comes to the two types of singularity.
+class _Sets(NamedTuple):
+    """Numbers of coordinates: actuated, outputs, and the platform's six."""
 
-    result: what `solver.solve` gave; flagged samples come out as NaN. Raises InputError where the
+    actuated: list[int]
+    outputs: list[int]
+    pose: list[int]
+
+
+def closeness(solver: Solver, result: xr.Dataset, motion: Motion | None = None) -> Closeness:
+    """How near a solved motion comes to each kind of singularity.
+
+    result: what `solver.solve` gave; flagged samples come out as NaN. motion: what was solved;
+    with it the place where it stopped, if it did, is looked into too. Raises InputError where the
     mechanism has no actuated coordinates, or not as many as are driven, or no other outputs.
     """
-    actuated, outputs = _sets(solver)
-    y = result["position"].sel(coordinate=list(solver.driven)).values.T
-    guess = result["position"].sel(coordinate=list(solver.coordinates)).values.T
+    sets = _sets(solver)
     good = result["status"].values == Status.CONVERGED
     time = result["time"].values
-    type1, type2, signs = (np.full(len(time), np.nan) for _ in range(3))
+    type1, type2, whole, signs = (np.full(len(time), np.nan) for _ in range(4))
+    crossings: list[Crossing] = []
     if good.any():
-        rates = _rates(solver, y[:, good], guess[:, good], [*actuated, *outputs])
-        type1[good], type2[good], signs[good] = _figures(rates, len(actuated))
-    crossings = [
-        _located(solver, result, i, actuated, outputs)
-        for i in np.flatnonzero(signs[1:] * signs[:-1] < 0).tolist()
-    ]
-    return Closeness(time, type1, type2, tuple(crossings))
+        path = _Path.of(solver, result, motion)
+        rates, q = path.rates(path.driven[0][:, good], path.found[0][:, good], sets)
+        type1[good], type2[good], signs[good] = _figures(rates, sets)
+        whole[good] = _whole(solver.plan, q)
+        crossings = [
+            _crossing(path, sets, i) for i in np.flatnonzero(signs[1:] * signs[:-1] < 0).tolist()
+        ]
+        first_bad = int(np.argmin(good))
+        if motion is not None and first_bad > 0 and not good[first_bad]:
+            crossings += _ending(path, sets, first_bad - 1, float(np.nanmax(whole)))
+    passive = np.where(good, result["conditioning"].values, np.nan)
+    return Closeness(time, type1, type2, passive, whole, tuple(crossings))
 
 
-def _sets(solver: Solver) -> tuple[list[str], list[str]]:
-    """The actuated coordinates, and the outputs: those driven by the file, or at the base."""
+def _sets(solver: Solver) -> _Sets:
+    """The actuated coordinates, and the outputs: those of the platform that the file drives, or
+    that move most freely, or without a platform what leaves the last links at the base.
+    """
+    graph, count = solver.graph, len(solver.driven)
+    actuated = [k for k, c in enumerate(graph.coordinates) if c.actuated]
+    pose = [] if graph.platform is None else list(graph.joints[graph.platform].coordinates)
     where = solver.mechanism.where
-    actuated = [c.name for c in solver.graph.coordinates if c.actuated]
-    by_file = [n for n in solver.mechanism.driven if n not in actuated]
-    outputs = by_file or [n for n in solver.driven if n not in actuated]
-    if not outputs and actuated:  # a linkage without a platform: what leaves it at the base
-        grounded = {
-            c.name
-            for c in solver.graph.coordinates
-            if solver.graph.joints[c.joint].parent == 0 and not c.actuated
-        }
-        others = [n for n in solver.coordinates if n in grounded]
-        outputs = others[-len(actuated) :]
-    count = len(solver.driven)
-    if len(actuated) != count or len(outputs) != count:
+    if len(actuated) != count:
         raise InputError(
             where,
-            f"{len(actuated)} actuated coordinates and {len(outputs)} outputs",
-            f"{count} of each to tell singularities apart",
+            f"{len(actuated)} actuated coordinates and {count} driven",
+            "as many motors (actuated = true) as the mobility, to tell singularities apart",
         )
-    return actuated, outputs
+    by_file = [graph.index(n, "driven") for n in solver.mechanism.driven]
+    outputs = [k for k in by_file if k not in actuated]
+    if len(outputs) != count and pose:
+        outputs = _freest(solver, pose, count)
+    elif len(outputs) != count:
+        named = [graph.index(n, "coordinates") for n in solver.coordinates if n not in graph.cones]
+        grounded = [k for k in named if graph.joints[graph.coordinates[k].joint].parent == 0]
+        outputs = [k for k in grounded if k not in actuated][-count:]
+    if len(outputs) != count:
+        raise InputError(
+            where,
+            f"{len(outputs)} outputs beside {count} actuated coordinates",
+            "a [platform], or as many passive coordinates at the base",
+        )
+    return _Sets(actuated, outputs, pose)
 
 
-def _rates(solver: Solver, y: FloatArray, guess: FloatArray, names: Sequence[str]) -> FloatArray:
-    """Rates of coordinates for unit rates of each driven one: (samples, names, driven), scaled."""
-    rows = [solver.coordinates.index(name) for name in names]
-    graph = solver.graph
-    every = coordinate_scales(graph)
-    scales = np.array([every[graph.index(n, "singularities")] for n in (*names, *solver.driven)])
-    columns = []
-    for k in range(len(solver.driven)):
-        unit = np.zeros_like(y)
-        unit[k] = scales[len(names) + k]
-        tick = solver.at(y, unit, guess=guess)
-        columns.append(tick.velocity[rows].T / scales[: len(names)])
-    return np.stack(columns, axis=2)
+def _freest(solver: Solver, among: list[int], count: int) -> list[int]:
+    """As many coordinates as are driven that move most independently at home."""
+    graph, plan = solver.graph, solver.plan
+    at = configure(graph, plan.tree, plan.home)
+    motions = freedoms(graph, plan.tree, at)[0] / coordinate_scales(graph)[:, None]
+    left = motions[among]
+    chosen: list[int] = []
+    for _ in range(count):
+        sizes = np.linalg.norm(left, axis=1)
+        k = int(np.argmax(sizes))
+        if sizes[k] > _RANK:
+            chosen.append(among[k])
+            left = left - np.outer(left @ left[k], left[k]) / sizes[k] ** 2
+    return sorted(chosen)
 
 
-def _figures(rates: FloatArray, actuated: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+@dataclass(frozen=True)
+class _Path:
+    """A solved motion: driven values (3, k, n) and iterated coordinates (3, m, n) at its times."""
+
+    solver: Solver
+    time: FloatArray
+    driven: FloatArray
+    found: FloatArray
+
+    @classmethod
+    def of(cls, solver: Solver, result: xr.Dataset, motion: Motion | None) -> _Path:
+        orders = ("position", "velocity", "acceleration")
+        rows = solver.iterated
+        found = [result[order].sel(coordinate=list(rows)).values.T for order in orders]
+        if motion is not None:
+            driven = list(motion.reordered(solver.driven).samples().orders[:3])
+        else:
+            names = list(solver.driven)
+            driven = [result[order].sel(coordinate=names).values.T for order in orders]
+        return cls(solver, result["time"].values, np.array(driven), np.array(found))
+
+    def at(self, i: int, time: float) -> tuple[FloatArray, FloatArray]:
+        """Driven values between samples i and i + 1, by a quintic, and a guess from sample i."""
+        nodes, h = self.time[i : i + 2], time - self.time[i]
+        x, v, a = self.found[:, :, i : i + 1]
+        return hermite(
+            nodes, self.driven[:, :, i : i + 2], np.array([time])
+        ), x + h * v + h * h * a / 2
+
+    def rates(self, y: FloatArray, guess: FloatArray, sets: _Sets) -> tuple[FloatArray, FloatArray]:
+        """Rates of actuated coordinates, outputs and pose for a unit rate of each driven one,
+        scaled, (n, coordinates, driven); and the positions of all coordinates, (coordinates, n).
+        """
+        graph, plan = self.solver.graph, self.solver.plan
+        every, scales = range(len(graph.coordinates)), coordinate_scales(graph)
+        rows = [*sets.actuated, *sets.outputs, *sets.pose]
+        outputs = Outputs(tuple(every), derivatives=1, checks=False)
+        kernel = make_kernel(plan, outputs, machine_code=False, steps=_STEPS)
+        columns = []
+        for k, number in enumerate(plan.driven):
+            unit = np.zeros_like(y)
+            unit[k] = scales[number]
+            out = np.empty((output_count(outputs), y.shape[1]))
+            kernel(np.concatenate([y, unit, guess]), out, False)
+            columns.append(out[len(every) :][rows].T / scales[rows])
+        offsets = np.array([plan.offset(k) for k in every])
+        return np.stack(columns, axis=2), out[: len(every)] + offsets[:, None]
+
+    def conditioning(self, i: int, time: float) -> float:
+        """That of what is solved, NaN out of reach."""
+        plan = self.solver.plan
+        outputs = Outputs((), derivatives=0)
+        out = np.empty((CHECKS, 1))
+        y, guess = self.at(i, time)
+        make_kernel(plan, outputs, machine_code=False, steps=_STEPS)(
+            np.concatenate([y, guess]), out, False
+        )
+        closed = out[0, 0] <= RESIDUAL * plan.graph.length
+        return float(out[1, 0]) if closed else np.nan
+
+
+def _figures(rates: FloatArray, sets: _Sets) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Figures of type 1 and 2, and the sign of the determinant between the two sets."""
-    basis, _ = np.linalg.qr(rates)
-    ours, theirs = basis[:, :actuated], basis[:, actuated:]
+    count = len(sets.actuated)
+    basis, _ = np.linalg.qr(rates[:, : 2 * count])
+    ours, theirs = basis[:, :count], basis[:, count:]
     type2 = np.linalg.svd(ours, compute_uv=False)[:, -1]
     type1 = np.linalg.svd(theirs, compute_uv=False)[:, -1]
-    signs = np.sign(np.linalg.det(ours) * np.linalg.det(theirs))
-    return type1, type2, signs
+    return type1, type2, np.sign(np.linalg.det(ours) * np.linalg.det(theirs))
 
 
-def _located(
-    solver: Solver, result: xr.Dataset, i: int, actuated: list[str], outputs: list[str]
-) -> Crossing:
-    """The crossing between samples i and i+1, by bisection in time on the sign."""
-    from parakin.tracking import hermite
+def _whole(plan: Plan, q: FloatArray) -> FloatArray:
+    """Least over largest singular value of all closure rows by all coordinates of the tree."""
+    graph, tree = plan.graph, plan.tree
+    inside = [n for k, _ in tree.steps for n in graph.joints[k].coordinates]
+    rows = [row for cut in tree.cuts for row in closure.canonical_rows(graph.joints[cut], cut)]
+    if not rows:
+        return np.ones(q.shape[1])
+    circuits = Circuits(graph, tree)
+    for k in inside:
+        circuits.turns[k] = turn(q[k], ARRAYS) if graph.coordinates[k].angle else slide(q[k])
+    slopes = jacobian(circuits, Block(tuple(inside), tuple(rows)))
+    matrix = np.empty((q.shape[1], len(rows), len(inside)))
+    scales = coordinate_scales(graph)
+    for i, row in enumerate(rows):
+        for j, k in enumerate(inside):
+            matrix[:, i, j] = (
+                closure.per_length(graph, row) / graph.length * scales[k] * slopes[i][j]
+            )
+    sizes = np.linalg.svd(matrix, compute_uv=False)
+    rank = int((sizes > _RANK * sizes[:, :1]).sum(axis=1).max())
+    least: FloatArray = sizes[:, rank - 1] / sizes[:, 0]
+    return least
 
-    names = list(solver.driven)
-    nodes = result["time"].values[i : i + 2]
-    driven = np.stack(
-        [
-            result[q].sel(coordinate=names).values[i : i + 2].T
-            for q in ("position", "velocity", "acceleration")
-        ]
-    )
-    guess = result["position"].sel(coordinate=list(solver.coordinates)).values[i][:, None]
 
-    def at(t: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        y = hermite(nodes, driven, np.array([t]))
-        rates = _rates(solver, y, guess, [*actuated, *outputs])
-        type1, type2, sign = _figures(rates, len(actuated))
-        return rates[0], type1, type2, sign
-
-    low, high = float(nodes[0]), float(nodes[1])
-    start = at(low)[3]
+def _bisected(low: float, high: float, same: Callable[[float], bool]) -> float:
     while high - low > _LOCATED:
         middle = (low + high) / 2
-        if at(middle)[3] == start:
-            low = middle
-        else:
-            high = middle
-    time = (low + high) / 2
-    rates, type1, type2, _ = at(time)
-    kind: Literal[1, 2] = 2 if type2[0] < type1[0] else 1
-    count = len(actuated)
-    locked = rates[:count] if kind == 2 else rates[count:]
-    mix = np.linalg.svd(locked)[2][-1]
-    moving = dict(zip([*actuated, *outputs], rates @ mix, strict=True))
-    return Crossing(time, kind, _words(kind, moving, actuated, outputs))
+        low, high = (middle, high) if same(middle) else (low, middle)
+    return (low + high) / 2
 
 
-def _words(
-    kind: int, moving: dict[str, float], actuated: Sequence[str], outputs: Sequence[str]
-) -> str:
-    free, locked = (outputs, actuated) if kind == 2 else (actuated, outputs)
-    sizes = {name: abs(moving[name]) for name in free}
-    largest = max(sizes.values())
-    chosen = sorted((n for n in free if sizes[n] > 0.2 * largest), key=lambda n: -sizes[n])
-    return f"{' with '.join(chosen)} can move while {', '.join(locked)} are locked"
+def _crossing(path: _Path, sets: _Sets, i: int) -> Crossing:
+    """The crossing of type 1 or 2 between samples i and i + 1, by bisection on the sign."""
+
+    def at(time: float) -> tuple[FloatArray, FloatArray]:
+        return path.rates(*path.at(i, time), sets)
+
+    def sign(time: float) -> float:
+        return float(_figures(at(time)[0], sets)[2][0])
+
+    start = sign(float(path.time[i]))
+    low, high = path.time[i : i + 2].tolist()
+    time = _bisected(low, high, lambda t: sign(t) == start)
+    rates, q = at(time)
+    type1, type2, _ = _figures(rates, sets)
+    graph, count = path.solver.graph, len(sets.actuated)
+    free = 2 if type2[0] < type1[0] else 1
+    rows = slice(count) if free == 2 else slice(count, 2 * count)
+    mix = np.linalg.svd(rates[0, rows])[2][-1]
+    every = np.zeros(len(graph.coordinates))
+    every[[*sets.actuated, *sets.outputs, *sets.pose]] = rates[0] @ mix
+    if free == 2:
+        return Crossing(time, "type 2", _free(graph, sets, every, q[:, 0]))
+    lost = np.zeros(len(graph.coordinates))
+    lost[sets.outputs] = np.linalg.svd(rates[0, rows])[0][:, -1]
+    cannot = platform_motion(graph, lost, q[:, 0], sets.outputs, "cannot")
+    words = _idle(graph, sets, every)
+    return Crossing(time, "type 1", f"{words}: {cannot}" if cannot else words)
+
+
+def _ending(path: _Path, sets: _Sets, i: int, best: float) -> list[Crossing]:
+    """What stopped the motion between samples i and i + 1, if it was a singularity."""
+    low, high = path.time[i : i + 2].tolist()
+    figure = {time: path.conditioning(i, time) for time in (low, high)}
+    if not np.isfinite(figure[low]):
+        return []
+    if np.isnan(figure[high]):
+        time = _bisected(low, high, lambda t: bool(np.isfinite(path.conditioning(i, t))))
+    elif figure[low] * figure[high] < 0:
+        time = _bisected(low, high, lambda t: path.conditioning(i, t) * figure[low] > 0)
+    else:  # a closed form keeps its sign: its figure is a V, at the tip of which it goes astray
+        first, last = low, high
+        while last - first > _LOCATED:
+            a, b = first + (last - first) / 3, last - (last - first) / 3
+            if abs(path.conditioning(i, a)) < abs(path.conditioning(i, b)):
+                last = b
+            else:
+                first = a
+        time = (first + last) / 2
+    before = max(low, time - _LOCATED)
+    if not abs(path.conditioning(i, before)) < _LOST:
+        return []
+    y, guess = path.at(i, before)
+    _, q = path.rates(y, guess, sets)
+    graph, plan = path.solver.graph, path.solver.plan
+    lost_rank = bool(_whole(plan, q)[0] < _LOST * best)
+    at = configure(graph, plan.tree, q[:, 0])
+    motions, _ = freedoms(graph, plan.tree, at, extra=int(lost_rank))
+    motions = motions / coordinate_scales(graph)[:, None]
+    free = motions @ np.linalg.svd(motions[list(plan.driven)])[2][-1]
+    return [_judged(graph, sets, free, q[:, 0], time, constraint=lost_rank)]
+
+
+def _judged(
+    graph: Graph, sets: _Sets, free: FloatArray, q: FloatArray, time: float, *, constraint: bool
+) -> Crossing:
+    """Which kind: by what moves while the driven coordinates rest."""
+    still = _STILL * float(np.abs(free).max())
+    rest = [bool((np.abs(free[part]) < still).all()) for part in (sets.actuated, sets.outputs)]
+    kind: Kind = "constraint"
+    if not constraint:
+        kinds: dict[tuple[bool, bool], Kind] = {
+            (True, True): "passive",
+            (True, False): "type 2",
+            (False, True): "type 1",
+            (False, False): "driven",
+        }
+        kind = kinds[rest[0], rest[1]]
+    every = range(len(graph.coordinates))
+    words = {
+        "constraint": lambda: f"{_outputs(graph, sets, free, q)}, whatever is driven",
+        "passive": lambda: f"{moving(graph, free, every)} while all else rests",
+        "type 2": lambda: _free(graph, sets, free, q),
+        "type 1": lambda: _idle(graph, sets, free),
+        "driven": lambda: f"{moving(graph, free, every)} with the driven coordinates locked",
+    }
+    return Crossing(time, kind, words[kind](), ends=True)
+
+
+def _outputs(graph: Graph, sets: _Sets, rates: FloatArray, q: FloatArray) -> str:
+    return platform_motion(graph, rates, q, sets.outputs) or moving(graph, rates, sets.outputs)
+
+
+def _free(graph: Graph, sets: _Sets, rates: FloatArray, q: FloatArray) -> str:
+    """Type 2 in words."""
+    actuators = names(graph, sets.actuated)
+    return f"{_outputs(graph, sets, rates, q)} with the actuators locked ({actuators})"
+
+
+def _idle(graph: Graph, sets: _Sets, rates: FloatArray) -> str:
+    """Type 1 in words."""
+    rests = "the platform" if set(sets.outputs) <= set(sets.pose) else names(graph, sets.outputs)
+    return f"{moving(graph, rates, sets.actuated)} while {rests} rests"

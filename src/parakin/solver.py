@@ -70,7 +70,8 @@ class Solver:
     """A compiled mechanism; made by `parakin.compile`.
 
     `driven`, `coordinates`: names, in the order of rows. `derivatives`: how many. `home`:
-    position of every coordinate at home, by name [m, rad].
+    position of every coordinate at home, by name [m, rad]. `iterated`: coordinates that are found
+    by iteration and not in closed form.
     """
 
     def __init__(
@@ -92,6 +93,7 @@ class Solver:
         self._outputs = outputs
         self._layout = _layout(plan, outputs)
         self._iterated = newton_unknowns(plan)
+        self.iterated = tuple(self._name(c) for c in self._iterated)
         self._kernel = make_kernel(plan, outputs, machine_code=machine_code, steps=_STEPS)
         self._body_kernels: dict[tuple[tuple[int, tuple[float, ...]], ...], Kernel] = {}
         self._results = output_count(outputs)
@@ -296,11 +298,13 @@ class Solver:
                 raise InputError("values", f"{name!r}", nearest(name, self.driven))
         return branches(self.plan, values, starts)
 
-    def singularities(self, result: xr.Dataset) -> Closeness:
-        """How near a solved motion comes to type 1 and type 2 singularities, and where it crosses
-        one, between samples too (Gosselin and Angeles 1990). Raises InputError.
+    def singularities(self, result: xr.Dataset, motion: Motion | str | None = None) -> Closeness:
+        """How near a solved motion comes to singularities of each kind, where it crosses one,
+        between samples too, and, with the `motion` that was solved, which one ended it
+        (Gosselin and Angeles 1990, Zlatanov et al. 1995). Raises InputError.
         """
-        return closeness(self, result)
+        motion = self.motion(motion) if isinstance(motion, str) else motion
+        return closeness(self, result, motion)
 
     def stream(
         self,
