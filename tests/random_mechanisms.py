@@ -263,7 +263,7 @@ def _drives(mechanism: Mechanism, rng: np.random.Generator) -> tuple[tuple[str, 
     """
     graph = graph_of(mechanism)
     home = assembled(graph)
-    motions, _ = freedoms(graph, graph.tree(), home)
+    motions = freedoms(graph, graph.tree(), home)
     left = motions / coordinate_scales(graph)[:, None]
     picked: list[int] = []
     for _ in range(motions.shape[1]):

@@ -20,7 +20,7 @@ SLIDERS = ["A2", "B3", "C3"]
         ("five-bar", None, 4),  # two elbows, each up or down
         ("3-rrr", None, 8),  # 2^3 working modes
         ("3-rpr", ["P1", "P2", "P3"], 2),  # planar 3-RPR: at most 6, symmetric home fewer
-        ("flight-simulator", None, 8),  # each of three legs through its pivot or not
+        ("flight-simulator", None, 16),  # 2^3: a leg through its pivot or not; and upside down
     ],
 )
 def test_as_many_branches_as_there_are(name: str, driven: list[str] | None, count: int) -> None:

@@ -138,7 +138,7 @@ def idle_coordinates(graph: Graph, samples: Sequence[Configuration]) -> list[int
     found: list[int] | None = None
     tree = graph.posed_tree()
     for at in samples:
-        motions, _ = freedoms(graph, tree, configure(graph, tree, at.q))
+        motions = freedoms(graph, tree, configure(graph, tree, at.q))
         motions = motions / coordinate_scales(graph)[:, None]
         if not watched or not motions.shape[1]:
             return []

@@ -7,6 +7,7 @@ closure row as a functional on the relative twist of the two bodies it joins.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from parakin.closure import Row
 from parakin.errors import AssemblyError
 from parakin.graph import Graph, Tree
 from parakin.recursion import Circuits, Pose, Turn, slide, step_pose, turn
-from parakin.spatial import FLOATS
+from parakin.spatial import ARRAYS, FLOATS, Scalar, column, dot
 
 FloatArray = NDArray[np.float64]
 
@@ -45,11 +46,16 @@ class Configuration:
 
 
 def circuits_at(graph: Graph, tree: Tree, q: Sequence[float] | FloatArray) -> Circuits:
-    """The recursion with plain numbers for the tree's coordinates."""
+    """The recursion with numbers for the tree's coordinates, or rows of many: (coordinates, n)."""
     circuits = Circuits(graph, tree)
     for k, _ in tree.steps:
         for number in graph.joints[k].coordinates:
-            circuits.turns[number] = as_turn(graph, number, float(q[number]))
+            if np.ndim(q[number]):
+                at = q[number]
+                angle = graph.coordinates[number].angle
+                circuits.turns[number] = turn(at, ARRAYS) if angle else slide(at)
+            else:
+                circuits.turns[number] = as_turn(graph, number, float(q[number]))
     return circuits
 
 
@@ -266,18 +272,30 @@ def home_of(graph: Graph, tree: Tree) -> Configuration:
     return at
 
 
-def _opposed(tree: Tree, at: Configuration) -> int | None:
-    """A cut joint whose rows vanish although its two axes point against each other."""
+_FACING = {  # axes of the two bodies that must not only be parallel, but point the same way
+    "revolute": (2,),
+    "cylindrical": (2,),
+    "planar": (2,),
+    "prismatic": (0, 1, 2),
+    "fixed": (0, 1, 2),
+}
+
+
+def facing(circuits: Circuits, tree: Tree) -> dict[int, Scalar]:
+    """By cut joint, the smallest cosine between axes that have to point the same way."""
+    found: dict[int, Scalar] = {}
     for k in tree.cuts:
-        one_axis = at.circuits.graph.joints[k].kind in (
-            "revolute",
-            "cylindrical",
-            "prismatic",
-            "fixed",
-        )
-        if one_axis and axis_of(at.ends[k].F, 2) @ axis_of(at.ends[k].M, 2) < 0:
-            return k
-    return None
+        axes = _FACING.get(circuits.graph.joints[k].kind, ())
+        if axes:
+            end = closure.ends(circuits, k)
+            cosines = [dot(column(end.F.R, a), column(end.M.R, a)) for a in axes]
+            found[k] = functools.reduce(np.minimum, cosines)
+    return found
+
+
+def _opposed(tree: Tree, at: Configuration) -> int | None:
+    """A cut joint whose rows vanish although axes of it point against each other."""
+    return next((k for k, cosine in facing(at.circuits, tree).items() if cosine < 0), None)
 
 
 def _starts(graph: Graph, start: FloatArray) -> list[FloatArray]:
@@ -327,21 +345,21 @@ def freedoms(
     graph: Graph,
     tree: Tree,
     at: Configuration,
-    signs: Mapping[int, FloatArray] | None = None,
-    extra: int = 0,
-) -> tuple[FloatArray, int]:
-    """The motions the closed loops allow, (n, mobility), and the rank of all closure rows.
+    rank: int | None = None,
+) -> FloatArray:
+    """The motions the closed loops allow, (n, mobility).
 
-    The motions give the rate of every coordinate, those of cut joints too, in scaled units.
-    extra: how many motions more to take as allowed, those least opposed.
+    They give the rate of every coordinate, those of cut joints too, in scaled units. rank: of all
+    closure rows; found if not given.
     """
-    signs = loop_signs(graph, tree) if signs is None else signs
+    signs = loop_signs(graph, tree)
     scales = coordinate_scales(graph)
     _, jacobian, _ = closure_system(graph, tree, at, signs)
     inside = [n for k, _ in tree.steps for n in graph.joints[k].coordinates]
     J = jacobian[:, inside] * scales[inside]
     _, sizes, right = np.linalg.svd(J, full_matrices=True) if J.size else (None, np.zeros(0), None)
-    rank = int((sizes > _RANK * sizes.max(initial=1.0)).sum()) - extra
+    if rank is None:
+        rank = int((sizes > _RANK * sizes.max(initial=1.0)).sum())
     kernel = right[rank:].T if right is not None else np.eye(len(inside))
     motions = np.zeros((len(graph.coordinates), kernel.shape[1]))
     motions[inside] = kernel * scales[inside][:, None]
@@ -350,7 +368,7 @@ def freedoms(
         own = list(graph.joints[cut].coordinates)
         if own:
             motions[own] = np.linalg.lstsq(at.screws[:, own], relative, rcond=None)[0]
-    return motions, rank
+    return motions
 
 
 def is_idle(graph: Graph, motions: FloatArray) -> bool:
@@ -386,7 +404,7 @@ def neighbours(
     """
     rng = np.random.default_rng(seed)
     found: list[Configuration] = []
-    motions, _ = freedoms(graph, tree, home)
+    motions = freedoms(graph, tree, home)
     if motions.shape[1] == 0:
         return [home] * count
     for _ in range(4 * count):

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from parakin.assembly import FloatArray
+from parakin.assembly import FloatArray, circuits_at, facing
 from parakin.graph import Graph
 from parakin.kernel import Outputs, newton_unknowns
 from parakin.machine import make_kernel, output_count
-from parakin.plan import Plan
+from parakin.plan import Block, Plan
 
 _STEPS = 40
 _SAME = 1e-6  # what two findings may differ by, in radians and characteristic lengths
@@ -62,15 +62,7 @@ def branches(
     """
     graph, n = plan.graph, starts
     rng = np.random.default_rng(seed)
-    loose = replace(
-        plan,
-        blocks=tuple(
-            block
-            if block.form in ("newton", "linear", "turn by two")
-            else replace(block, sign=rng.choice([-1.0, 1.0], n))  # type: ignore[arg-type]
-            for block in plan.blocks
-        ),
-    )
+    loose = replace(plan, blocks=tuple(_either(block, rng, n) for block in plan.blocks))
     outputs = Outputs(tuple(range(len(graph.coordinates))), derivatives=0)
     kernel = make_kernel(loose, outputs, machine_code=False, steps=_STEPS)
     home = np.array([plan.home[k] - plan.offset(k) for k in range(len(graph.coordinates))])
@@ -84,7 +76,11 @@ def branches(
     out = np.empty((output_count(outputs), n))
     kernel(np.concatenate([np.repeat(driven[:, None], n, axis=1), guess]), out, False)
     q, residual, conditioning = out[: len(home)], out[len(home)], out[len(home) + 1]
-    closed = np.flatnonzero(residual <= _CLOSED * graph.length)
+    real = residual <= _CLOSED * graph.length
+    offsets = np.array([plan.offset(k) for k in range(len(home))])
+    for cosine in facing(circuits_at(graph, plan.tree, q + offsets[:, None]), plan.tree).values():
+        real &= cosine > 0.0
+    closed = np.flatnonzero(real)
     told_by = _telling(graph, plan)
     groups = _groups(graph, q[:, closed], told_by, scales)
     found: list[tuple[float, Branch]] = []
@@ -123,6 +119,15 @@ def branches(
         len(closed),
         once / len(closed) if len(closed) else 1.0,
     )
+
+
+def _either(block: Block, rng: np.random.Generator, n: int) -> Block:
+    """A closed form with both signs of its root at random, the first that of home."""
+    if block.form in ("newton", "linear", "turn by two"):
+        return block
+    signs = rng.choice([-1.0, 1.0], n)
+    signs[0] = block.sign
+    return replace(block, sign=signs)  # type: ignore[arg-type]
 
 
 def _telling(graph: Graph, plan: Plan) -> list[int]:

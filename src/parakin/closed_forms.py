@@ -22,6 +22,7 @@ from parakin.recursion import Turn
 
 _ZERO = 1e-9  # a derivative this small, in scaled units, is none
 _CROSSING = 0.3  # sine of the angle at which two rows cross well enough to be solved together
+_POOR = 1e-2  # a home this near to singular is not what conditioning is measured by
 _FLAT = 1e-6  # a row this near to a singularity of its own, at home or near it, is of no use
 
 
@@ -157,14 +158,10 @@ def _arm(
 def signed(
     graph: Graph, signs: Mapping[int, FloatArray], block: Block, home: Configuration
 ) -> Block:
+    """The block with the sign of its determinant at home and what that is measured by."""
     if block.form == "turn by two":
         return block
-    matrix = np.array(
-        [
-            ((functional(graph, home, r) @ home.screws) * signs[r.cut])[list(block.unknowns)]
-            for r in block.rows
-        ]
-    )
+    matrix = _slopes(graph, signs, block, home)
     lengths = np.linalg.norm(matrix, axis=1, keepdims=True)
     scaled = matrix / np.where(lengths > 0.0, lengths, 1.0)
     determinant = float(np.linalg.det(scaled))
@@ -174,7 +171,17 @@ def signed(
             f"{graph.mechanism.where}: home is singular for these driven coordinates: {names} are "
             "not determined there"
         )
-    single = block.form == "newton" and len(block.unknowns) == 1
-    lever = abs(float(matrix[0, 0])) if single else block.lever
-    typical = tuple(lengths[:, 0].tolist()) if len(block.unknowns) > 1 else ()
+    several = len(block.unknowns) > 1
+    lever = block.lever
+    if block.form == "newton":
+        lever = max(abs(determinant), _POOR) if several else abs(float(matrix[0, 0]))
+    typical = tuple(lengths[:, 0].tolist()) if several else ()
     return replace(block, sign=float(np.sign(determinant)), lever=lever, lengths=typical)
+
+
+def _slopes(
+    graph: Graph, signs: Mapping[int, FloatArray], block: Block, at: Configuration
+) -> FloatArray:
+    rows = [(functional(graph, at, row) @ at.screws) * signs[row.cut] for row in block.rows]
+    slopes: FloatArray = np.array(rows)[:, list(block.unknowns)]
+    return slopes

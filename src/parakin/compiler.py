@@ -67,7 +67,7 @@ def compile(
             raise InputError("cut", f"unknown joint {name!r}", nearest(name, joints))
     home = assembled(graph)
     if isinstance(near, str):
-        search = branches(plan_of(graph, numbers, home))
+        search = branches(plan_of(graph, numbers, home, everywhere=True))
         named = {branch.name: branch.coordinates for branch in search.branches}
         if near not in named:
             raise InputError("near", f"unknown branch {near!r}", nearest(near, named))

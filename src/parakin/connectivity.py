@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from parakin import closure
 from parakin.closure import Row
-from parakin.linear import solve
+from parakin.linear import independence, solve
 from parakin.plan import Block, Plan
 from parakin.recursion import Circuits
 from parakin.spatial import Functions, Scalar, add, mul, sub
@@ -89,6 +89,31 @@ def substituted(
             figure = mul(block.sign / block.lever, solved.conditioning)
             figures.append(signed_square(figure, functions))
     return found, figures
+
+
+def firmness(plan: Plan, circuits: Circuits, functions: Functions) -> Scalar:
+    """How firmly the loops hold the coordinates that are spared, being affine on this branch.
+
+    Each of them alone is given a unit rate, the unknowns follow, and what the closure rows then
+    drift spans a volume: zero where a spared coordinate could move as well.
+    """
+    systems = [System.of(circuits, block) for block in plan.blocks]
+    rows = [r for c in plan.tree.cuts for r in closure.canonical_rows(plan.graph.joints[c], c)]
+    unknowns = [k for block in plan.blocks for k in block.unknowns]
+    rest = dict.fromkeys([*plan.affine, *unknowns], 0.0)
+    columns: list[list[Scalar]] = []
+    for k in plan.spared:
+        moving = circuits.varied(rates={**rest, k: 1.0})
+        drifts = [system.drifts(moving, closure.rate) for system in systems]
+        moving.quicken(rates=substituted(plan, systems, drifts, functions)[0])
+        ends = {cut: closure.ends(moving, cut) for cut in plan.tree.cuts}
+        columns.append(
+            [
+                mul(closure.per_length(plan.graph, row), closure.rate(moving, row, ends[row.cut]))
+                for row in rows
+            ]
+        )
+    return independence(list(zip(*columns, strict=True)), len(columns), functions)
 
 
 def _inner(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:

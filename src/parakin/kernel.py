@@ -12,8 +12,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from parakin import closure
+from parakin.assembly import circuits_at
 from parakin.closure import Row
-from parakin.connectivity import System, jacobian, signed_square, substituted
+from parakin.connectivity import System, firmness, jacobian, signed_square, substituted
 from parakin.dual import dual_functions, rate_of
 from parakin.linear import solve
 from parakin.plan import Block, Plan
@@ -25,7 +26,7 @@ from parakin.recursion import (
     slide,
     turn,
 )
-from parakin.spatial import Functions, Scalar, Vector, add, apply, dot, mul, plus, sub
+from parakin.spatial import FLOATS, Functions, Scalar, Vector, add, apply, dot, mul, plus, sub
 
 CHECKS = 4
 
@@ -119,6 +120,11 @@ def trace(
     for order in range(outputs.derivatives + 1):
         results += [column[order] for column in columns]
     if outputs.checks:
+        if plan.spared:
+            at_home = circuits_at(plan.graph, plan.tree, plan.home)
+            lever = float(firmness(plan, at_home, FLOATS))
+            held = mul(1.0 / lever, firmness(plan, circuits, functions))
+            quality.append(mul(held, held))
         step: Scalar = 0.0
         for move in moves:
             step = add(step, mul(move, move))

@@ -81,14 +81,38 @@ def _by_minors(
     return solutions, determinant
 
 
+def independence(matrix: Sequence[Sequence[Scalar]], columns: int, functions: Functions) -> Scalar:
+    """The volume that columns span, zero where they depend on one another; more rows than that."""
+    _, _, volume = _triangular([list(row) for row in matrix], columns, functions)
+    return volume
+
+
 def _by_reflections(
     matrix: Sequence[Sequence[Scalar]], sides: Sequence[Sequence[Scalar]], functions: Functions
 ) -> tuple[list[list[Scalar]], Scalar]:
     n = len(matrix)
     rows = [[*row, *(side[i] for side in sides)] for i, row in enumerate(matrix)]
+    rows, diagonal, determinant = _triangular(rows, n, functions)
+    solutions: list[list[Scalar]] = []
+    for s in range(len(sides)):
+        x: list[Scalar] = [0.0] * n
+        for i in reversed(range(n)):
+            value = rows[i][n + s]
+            for j in range(i + 1, n):
+                value = sub(value, mul(rows[i][j], x[j]))
+            x[i] = value / diagonal[i]
+        solutions.append(x)
+    return solutions, determinant
+
+
+def _triangular(
+    rows: list[list[Scalar]], columns: int, functions: Functions
+) -> tuple[list[list[Scalar]], list[Scalar], Scalar]:
+    """Rows (right-hand sides with them) made triangular: these, their diagonal, the determinant."""
+    n = len(rows)
     determinant: Scalar = 1.0
     diagonal: list[Scalar] = []
-    for k in range(n):
+    for k in range(columns):
         if all(type(rows[i][k]) is float and rows[i][k] == 0.0 for i in range(k + 1, n)):
             diagonal.append(rows[k][k])  # nothing below to remove
             determinant = mul(determinant, rows[k][k])
@@ -111,13 +135,4 @@ def _by_reflections(
                 rows[i][j] = sub(rows[i][j], mul(factor, v[i - k]))
         diagonal.append(-length)
         determinant = mul(determinant, length)
-    solutions: list[list[Scalar]] = []
-    for s in range(len(sides)):
-        x: list[Scalar] = [0.0] * n
-        for i in reversed(range(n)):
-            value = rows[i][n + s]
-            for j in range(i + 1, n):
-                value = sub(value, mul(rows[i][j], x[j]))
-            x[i] = value / diagonal[i]
-        solutions.append(x)
-    return solutions, determinant
+    return rows, diagonal, determinant

@@ -39,15 +39,22 @@ from parakin.graph import Graph, Tree
 from parakin.plan import Affine, Block, Plan
 
 _ZERO = 1e-9  # a derivative this small, in scaled units, is none
+_AFFINE = 1e-12  # slopes that differ by no more from place to place are the same
 _SPREAD = 0.7  # how far coordinates are thrown to see what a row does not depend on
 
 
 def plan_of(
-    graph: Graph, driven: Sequence[int], home: Configuration, cut: Sequence[int] = ()
+    graph: Graph,
+    driven: Sequence[int],
+    home: Configuration,
+    cut: Sequence[int] = (),
+    *,
+    everywhere: bool = False,
 ) -> Plan:
     """Choose tree, rows and order for these driven coordinates.
 
     cut: joints to leave out of the tree; without them the cheapest tree is looked for.
+    everywhere: take nothing for granted that holds on home's branch and may not on others.
     Raises DrivenError where the driven coordinates do not determine the motion at home, or where
     no tree leaves out those joints and keeps the driven ones.
     """
@@ -74,6 +81,8 @@ def plan_of(
             "driven, and a helical joint cannot be left out of the tree"
         )
     affine = _affine(graph, driven, idle, home, samples)
+    given = {k: entry for k, entry in affine.items() if k in (*driven, *idle)}
+    affine = given if everywhere else affine
     samples = [home, *samples]  # rows are chosen at home; what they depend on holds around it too
     best = _analysed(graph, tree, driven, affine, samples)
     if not cut:
@@ -90,7 +99,11 @@ def plan_of(
     here = configure(graph, tree, home.q)
     signs = loop_signs(graph, tree)
     blocks = [signed(graph, signs, block, here) for block in blocks]
-    return Plan(graph, tree, tuple(driven), home.q, affine, tuple(blocks))
+    inside = {n for k, _ in tree.steps for n in graph.joints[k].coordinates}
+    spared = sorted(inside & (affine.keys() - given))
+    return Plan(
+        graph, tree, tuple(driven), home.q, affine, tuple(blocks), tuple(idle), tuple(spared)
+    )
 
 
 Members = tuple[list[int], list[int]]  # unknowns, rows
@@ -131,7 +144,7 @@ def check_driven(
     tree = graph.posed_tree()
     held: list[int] = []
     for at in (*samples, home):
-        motions, _ = freedoms(graph, tree, configure(graph, tree, at.q))
+        motions = freedoms(graph, tree, configure(graph, tree, at.q))
         scaled = motions / coordinate_scales(graph)[:, None]
         mobility = motions.shape[1]
         given = scaled[list(driven)]
@@ -184,20 +197,22 @@ def _affine(
     tree = graph.posed_tree()
     maps = []
     for at in (*samples, home):
-        motions, _ = freedoms(graph, tree, configure(graph, tree, at.q))
+        motions = freedoms(graph, tree, configure(graph, tree, at.q))
         given = [*driven, *idle]
         maps.append(np.linalg.solve(motions[given].T, motions.T).T[:, : len(driven)])
     spread = np.ptp(np.array(maps), axis=0).max(axis=1)
     found = {}
     for k in range(len(graph.coordinates)):
         lone = len(samples) < 2 and k not in given  # nothing to compare with
-        if spread[k] > 10 * _ZERO or lone:
+        if spread[k] > _AFFINE or lone:
             continue
         mean = np.mean([m[k] for m in maps], axis=0)
-        mean[np.abs(mean) < 1e-10] = 0.0
         whole = np.round(mean)
-        mean = np.where(np.abs(mean - whole) < 1e-10, whole, mean)
+        mean = np.where(np.abs(mean - whole) < _AFFINE, whole, mean)
         constant = float(home.q[k] - mean @ home.q[list(driven)])
+        off = max(abs(at.q[k] - constant - mean @ at.q[list(driven)]) for at in samples)
+        if k not in given and off > _AFFINE * coordinate_scales(graph)[k]:
+            continue
         # What is left of cancelling home values is round-off.
         constant = 0.0 if abs(constant) < 1e-15 else constant
         factors = tuple((j, float(f)) for j, f in zip(driven, mean, strict=True) if f)

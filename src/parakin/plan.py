@@ -30,9 +30,9 @@ class Block:
 
     `form` says how (a single unknown has a closed form); `sign` is that of the determinant at
     home, which tells this branch from the other; `needs` are the unknowns of earlier blocks that
-    the rows depend on. A `regular` block is never singular of itself;
-    `lever` is the arm an angle turns on at home [m, or as its row counts], `lengths` those of
-    the rows of several unknowns.
+    the rows depend on. A `regular` block is never singular of itself; `lever` is the arm an angle
+    turns on at home [m, or as its row counts], or the determinant that several unknowns have
+    there, their rows being of these `lengths`.
     """
 
     unknowns: tuple[int, ...]
@@ -49,7 +49,9 @@ class Block:
 class Plan:
     """How to solve a mechanism for its driven coordinates.
 
-    `home`: all coordinates at home, as their joints count. `blocks` are in order of solution.
+    `home`: all coordinates at home, as their joints count. `blocks` are in order of solution;
+    `idle` are coordinates of idle freedoms, held at home; `spared` those of the tree that need not
+    be solved as they are affine on this branch.
     """
 
     graph: Graph
@@ -58,6 +60,8 @@ class Plan:
     home: FloatArray
     affine: Mapping[int, Affine]
     blocks: tuple[Block, ...]
+    idle: tuple[int, ...] = ()
+    spared: tuple[int, ...] = ()
 
     def offset(self, coordinate: int) -> float:
         """What a coordinate counted from home has at home, as its joint counts; else 0."""

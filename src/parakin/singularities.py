@@ -21,15 +21,13 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 
 from parakin import closure
-from parakin.assembly import FloatArray, configure, coordinate_scales, freedoms
+from parakin.assembly import FloatArray, circuits_at, configure, coordinate_scales, freedoms
 from parakin.connectivity import jacobian
 from parakin.errors import InputError
 from parakin.graph import Graph
 from parakin.kernel import CHECKS, Outputs
 from parakin.machine import make_kernel, output_count
 from parakin.plan import Block, Plan
-from parakin.recursion import Circuits, slide, turn
-from parakin.spatial import ARRAYS
 from parakin.tracking import RESIDUAL, Status, hermite
 from parakin.words import moving, names, platform_motion
 
@@ -102,13 +100,16 @@ def closeness(solver: Solver, result: xr.Dataset, motion: Motion | None = None) 
         path = _Path.of(solver, result, motion)
         rates, q = path.rates(path.driven[0][:, good], path.found[0][:, good], sets)
         type1[good], type2[good], signs[good] = _figures(rates, sets)
-        whole[good] = _whole(solver.plan, q)
+        values = _whole(solver.plan, q)
+        rank = int((values > _RANK * values[:, :1]).sum(axis=1).max())
+        whole[good] = values[:, rank - 1] / values[:, 0]
         crossings = [
             _crossing(path, sets, i) for i in np.flatnonzero(signs[1:] * signs[:-1] < 0).tolist()
         ]
         first_bad = int(np.argmin(good))
         if motion is not None and first_bad > 0 and not good[first_bad]:
-            crossings += _ending(path, sets, first_bad - 1, float(np.nanmax(whole)))
+            best = float(np.nanmax(whole))
+            crossings += _ending(path, sets, first_bad - 1, rank, best)
     passive = np.where(good, result["conditioning"].values, np.nan)
     return Closeness(time, type1, type2, passive, whole, tuple(crossings))
 
@@ -148,7 +149,7 @@ def _freest(solver: Solver, among: list[int], count: int) -> list[int]:
     """As many coordinates as are driven that move most independently at home."""
     graph, plan = solver.graph, solver.plan
     at = configure(graph, plan.tree, plan.home)
-    motions = freedoms(graph, plan.tree, at)[0] / coordinate_scales(graph)[:, None]
+    motions = freedoms(graph, plan.tree, at) / coordinate_scales(graph)[:, None]
     left = motions[among]
     chosen: list[int] = []
     for _ in range(count):
@@ -232,16 +233,13 @@ def _figures(rates: FloatArray, sets: _Sets) -> tuple[FloatArray, FloatArray, Fl
 
 
 def _whole(plan: Plan, q: FloatArray) -> FloatArray:
-    """Least over largest singular value of all closure rows by all coordinates of the tree."""
+    """Singular values of all closure rows by all coordinates of the tree, (n, values)."""
     graph, tree = plan.graph, plan.tree
     inside = [n for k, _ in tree.steps for n in graph.joints[k].coordinates]
     rows = [row for cut in tree.cuts for row in closure.canonical_rows(graph.joints[cut], cut)]
     if not rows:
-        return np.ones(q.shape[1])
-    circuits = Circuits(graph, tree)
-    for k in inside:
-        circuits.turns[k] = turn(q[k], ARRAYS) if graph.coordinates[k].angle else slide(q[k])
-    slopes = jacobian(circuits, Block(tuple(inside), tuple(rows)))
+        return np.ones((q.shape[1], 1))
+    slopes = jacobian(circuits_at(graph, tree, q), Block(tuple(inside), tuple(rows)))
     matrix = np.empty((q.shape[1], len(rows), len(inside)))
     scales = coordinate_scales(graph)
     for i, row in enumerate(rows):
@@ -249,10 +247,8 @@ def _whole(plan: Plan, q: FloatArray) -> FloatArray:
             matrix[:, i, j] = (
                 closure.per_length(graph, row) / graph.length * scales[k] * slopes[i][j]
             )
-    sizes = np.linalg.svd(matrix, compute_uv=False)
-    rank = int((sizes > _RANK * sizes[:, :1]).sum(axis=1).max())
-    least: FloatArray = sizes[:, rank - 1] / sizes[:, 0]
-    return least
+    values: FloatArray = np.asarray(np.linalg.svd(matrix, compute_uv=False), dtype=np.float64)
+    return values
 
 
 def _bisected(low: float, high: float, same: Callable[[float], bool]) -> float:
@@ -291,7 +287,7 @@ def _crossing(path: _Path, sets: _Sets, i: int) -> Crossing:
     return Crossing(time, "type 1", f"{words}: {cannot}" if cannot else words)
 
 
-def _ending(path: _Path, sets: _Sets, i: int, best: float) -> list[Crossing]:
+def _ending(path: _Path, sets: _Sets, i: int, rank: int, best: float) -> list[Crossing]:
     """What stopped the motion between samples i and i + 1, if it was a singularity."""
     low, high = path.time[i : i + 2].tolist()
     figure = {time: path.conditioning(i, time) for time in (low, high)}
@@ -316,11 +312,15 @@ def _ending(path: _Path, sets: _Sets, i: int, best: float) -> list[Crossing]:
     y, guess = path.at(i, before)
     _, q = path.rates(y, guess, sets)
     graph, plan = path.solver.graph, path.solver.plan
-    lost_rank = bool(_whole(plan, q)[0] < _LOST * best)
+    (values,) = _whole(plan, q)
+    lost_rank = bool(values[rank - 1] < _LOST * best * values[0])
     at = configure(graph, plan.tree, q[:, 0])
-    motions, _ = freedoms(graph, plan.tree, at, extra=int(lost_rank))
+    motions = freedoms(graph, plan.tree, at, rank=rank - lost_rank)
     motions = motions / coordinate_scales(graph)[:, None]
-    free = motions @ np.linalg.svd(motions[list(plan.driven)])[2][-1]
+    _, held, right = np.linalg.svd(motions[[*plan.driven, *plan.idle]])
+    if motions.shape[1] == len(held) and held[-1] > _LOST:
+        return []  # the rows that are solved fail, and not the mechanism
+    free = motions @ right[-1]
     return [_judged(graph, sets, free, q[:, 0], time, constraint=lost_rank)]
 
 
@@ -340,8 +340,9 @@ def _judged(
         }
         kind = kinds[rest[0], rest[1]]
     every = range(len(graph.coordinates))
+    whole = sets._replace(outputs=sets.pose or sets.outputs)
     words = {
-        "constraint": lambda: f"{_outputs(graph, sets, free, q)}, whatever is driven",
+        "constraint": lambda: f"{_outputs(graph, whole, free, q)}, whatever is driven",
         "passive": lambda: f"{moving(graph, free, every)} while all else rests",
         "type 2": lambda: _free(graph, sets, free, q),
         "type 1": lambda: _idle(graph, sets, free),

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from parakin.assembly import configure
 from parakin.branches import Search, branches
 from parakin.errors import InputError, nearest
 from parakin.files import load_motion
@@ -21,6 +22,7 @@ from parakin.graph import Graph
 from parakin.kernel import Outputs, newton_unknowns
 from parakin.machine import Kernel, make_kernel, output_count
 from parakin.motion import Motion, Samples
+from parakin.ordering import plan_of
 from parakin.plan import Plan
 from parakin.results import dataset
 from parakin.singularities import Closeness, closeness
@@ -296,7 +298,9 @@ class Solver:
         for name in values or {}:
             if name not in self.driven:
                 raise InputError("values", f"{name!r}", nearest(name, self.driven))
-        return branches(self.plan, values, starts)
+        home = configure(self.graph, self.plan.tree, self.plan.home)
+        plan = plan_of(self.graph, self.plan.driven, home, everywhere=True)
+        return branches(plan, values, starts)
 
     def singularities(self, result: xr.Dataset, motion: Motion | str | None = None) -> Closeness:
         """How near a solved motion comes to singularities of each kind, where it crosses one,
