@@ -99,7 +99,7 @@ def branches(
                 Branch(
                     "",
                     named,
-                    float(abs(conditioning[those[nearest]])),
+                    min(1.0, float(abs(conditioning[those[nearest]]))),
                     len(those),
                     len(_groups(graph, at, everything, scales)),
                     _beyond(graph, position),

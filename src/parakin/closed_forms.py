@@ -12,6 +12,7 @@ from parakin.assembly import (
     Configuration,
     FloatArray,
     configure,
+    coordinate_scales,
     functional,
 )
 from parakin.closure import Row
@@ -22,7 +23,7 @@ from parakin.recursion import Turn
 
 _ZERO = 1e-9  # a derivative this small, in scaled units, is none
 _CROSSING = 0.3  # sine of the angle at which two rows cross well enough to be solved together
-_POOR = 1e-2  # a home this near to singular is not what conditioning is measured by
+_POOR = 0.05  # a home this near to singular, per unknown, is not what others are measured by
 _FLAT = 1e-6  # a row this near to a singularity of its own, at home or near it, is of no use
 
 
@@ -155,6 +156,53 @@ def _arm(
     return slope, float(np.hypot(cosine, sine)), abs(mean), (cosine, sine)
 
 
+def paradoxes_whole(
+    graph: Graph,
+    tree: Tree,
+    signs: Mapping[int, FloatArray],
+    blocks: Sequence[Block],
+    home: Configuration,
+) -> list[Block]:
+    """Paradoxical loops that need iteration are iterated on as a whole, with all their rows.
+
+    A loop is paradoxical where it moves only because of its dimensions, like Schatz's: opened, its
+    axes are independent, closed they are not (those of a plane stay so). Rows that leave out some
+    of its angles then may fail where all of them together do not.
+    """
+    ordered = list(blocks)
+    for block in blocks:
+        cuts = {row.cut for row in block.rows}
+        if block not in ordered or len(block.unknowns) < 2 or len(cuts) != 1:
+            continue
+        (cut,) = cuts
+        on_loop = np.flatnonzero(signs[cut]).tolist()
+        place = ordered.index(block)
+        merged = [b for b in ordered[place:] if set(b.unknowns) & set(on_loop)]
+        unknowns = tuple(k for b in merged for k in b.unknowns)
+        rows = tuple(closure.canonical_rows(graph.joints[cut], cut))
+        alone = all(row.cut == cut for b in merged for row in b.rows)
+        if alone and len(rows) > len(unknowns) and _paradoxical(graph, tree, on_loop, cut, home):
+            needs = {k for b in merged for k in b.needs} - set(unknowns)
+            ordered = [b for b in ordered if b not in merged]
+            ordered.insert(place, Block(unknowns, rows, needs=tuple(sorted(needs))))
+    return ordered
+
+
+def _paradoxical(
+    graph: Graph, tree: Tree, on_loop: Sequence[int], cut: int, home: Configuration
+) -> bool:
+    numbers = [*on_loop, *graph.joints[cut].coordinates]
+    thrown = home.q + np.random.default_rng(3).uniform(0.3, 0.7, len(home.q)) * coordinate_scales(
+        graph
+    )
+    ranks = []
+    for at in (home, configure(graph, tree, thrown)):
+        screws = at.screws[:, numbers] * coordinate_scales(graph)[numbers]
+        screws[3:] /= graph.length
+        ranks.append(int(np.linalg.matrix_rank(screws, tol=1e-7)))
+    return ranks[1] > ranks[0]
+
+
 def signed(
     graph: Graph, signs: Mapping[int, FloatArray], block: Block, home: Configuration
 ) -> Block:
@@ -162,6 +210,9 @@ def signed(
     if block.form == "turn by two":
         return block
     matrix = _slopes(graph, signs, block, home)
+    if len(block.rows) > len(block.unknowns):
+        volume = float(np.sqrt(np.linalg.det(matrix.T @ matrix)))
+        return replace(block, lever=volume)
     lengths = np.linalg.norm(matrix, axis=1, keepdims=True)
     scaled = matrix / np.where(lengths > 0.0, lengths, 1.0)
     determinant = float(np.linalg.det(scaled))
@@ -174,7 +225,11 @@ def signed(
     several = len(block.unknowns) > 1
     lever = block.lever
     if block.form == "newton":
-        lever = max(abs(determinant), _POOR) if several else abs(float(matrix[0, 0]))
+        lever = (
+            max(abs(determinant), _POOR ** len(block.unknowns))
+            if several
+            else abs(float(matrix[0, 0]))
+        )
     typical = tuple(lengths[:, 0].tolist()) if several else ()
     return replace(block, sign=float(np.sign(determinant)), lever=lever, lengths=typical)
 

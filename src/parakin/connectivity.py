@@ -76,12 +76,7 @@ def substituted(
             for k, slope in columns.items():
                 side = add(side, mul(slope, found[k]))
             sides.append(side)
-        matrix: Sequence[Sequence[Scalar]] = system.own
-        if len(matrix) > len(block.unknowns):  # more rows than unknowns: by least squares
-            columns_of = list(zip(*matrix, strict=True))
-            sides = [_inner(column, sides) for column in columns_of]
-            matrix = [[_inner(a, b) for b in columns_of] for a in columns_of]
-        solved = solve(matrix, [sides], functions, block.lengths)
+        solved = solve(system.own, [sides], functions, block.lengths)
         found |= {
             k: sub(0.0, value) for k, value in zip(block.unknowns, solved.solutions[0], strict=True)
         }
@@ -114,13 +109,6 @@ def firmness(plan: Plan, circuits: Circuits, functions: Functions) -> Scalar:
             ]
         )
     return independence(list(zip(*columns, strict=True)), len(columns), functions)
-
-
-def _inner(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
-    total: Scalar = 0.0
-    for x, y in zip(a, b, strict=True):
-        total = add(total, mul(x, y))
-    return total
 
 
 def signed_square(a: Scalar, functions: Functions) -> Scalar:

@@ -15,7 +15,9 @@ from parakin.spatial import Functions, Scalar, Vector, add, cross, dot, mul, sub
 
 
 class Solved(NamedTuple):
-    """One solution per right-hand side, and the scaled determinant."""
+    """One solution per right-hand side, and the scaled determinant; of more rows than unknowns
+    the volume that the columns span.
+    """
 
     solutions: list[list[Scalar]]
     conditioning: Scalar
@@ -27,20 +29,27 @@ def solve(
     functions: Functions,
     typical: Sequence[float] = (),
 ) -> Solved:
-    """Solve matrix x = side for every side.
+    """Solve matrix x = side for every side; by least squares if there are more rows than unknowns.
 
     typical: how long the rows usually are. Rows then count by the mean square of that and what
     they are, so that one which vanishes as a whole shows in the conditioning.
     """
-    n = len(matrix)
+    n = len(matrix[0])
+    if len(matrix) > n == 1:
+        (column,) = zip(*matrix, strict=True)
+        square = _inner(column, column)
+        inverse = 1.0 / square
+        found = [[mul(inverse, _inner(column, side))] for side in sides]
+        return Solved(found, functions.sqrt(square))
+    if len(matrix) > n:
+        solutions, volume = _by_reflections(matrix, sides, functions)
+        return Solved(solutions, functions.copysign(volume, 1.0))
     if n == 1:
         inverse = 1.0 / matrix[0][0]  # written as one division that later right-hand sides share
         return Solved([[mul(inverse, side[0])] for side in sides], matrix[0][0])
     lengths: Scalar = 1.0
     for number, row in enumerate(matrix):
-        square: Scalar = 0.0
-        for entry in row:
-            square = add(square, mul(entry, entry))
+        square = _inner(row, row)
         if typical:
             square = mul(0.5, add(square, typical[number] ** 2))
         lengths = mul(lengths, square)
@@ -49,6 +58,13 @@ def solve(
     else:
         solutions, determinant = _by_reflections(matrix, sides, functions)
     return Solved(solutions, determinant / functions.sqrt(lengths))
+
+
+def _inner(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
+    total: Scalar = 0.0
+    for x, y in zip(a, b, strict=True):
+        total = add(total, mul(x, y))
+    return total
 
 
 def _by_minors(
@@ -90,7 +106,7 @@ def independence(matrix: Sequence[Sequence[Scalar]], columns: int, functions: Fu
 def _by_reflections(
     matrix: Sequence[Sequence[Scalar]], sides: Sequence[Sequence[Scalar]], functions: Functions
 ) -> tuple[list[list[Scalar]], Scalar]:
-    n = len(matrix)
+    n = len(matrix[0])
     rows = [[*row, *(side[i] for side in sides)] for i, row in enumerate(matrix)]
     rows, diagonal, determinant = _triangular(rows, n, functions)
     solutions: list[list[Scalar]] = []

@@ -32,7 +32,7 @@ from parakin.assembly import (
     loop_signs,
     neighbours,
 )
-from parakin.closed_forms import refined, signed
+from parakin.closed_forms import paradoxes_whole, refined, signed
 from parakin.closure import Row
 from parakin.errors import DrivenError
 from parakin.graph import Graph, Tree
@@ -95,9 +95,13 @@ def plan_of(
             posed = _improved(graph, posed, held, driven, affine, samples)
             best = min(best, posed, key=lambda found: _cost(found[1]) * (2 if found is best else 1))
     tree, blocks, dependence = best
-    blocks = refined(graph, tree, blocks, dependence, [*samples[1:], home])
+    wide: list[Configuration] = []
+    if any(joint.kind == "helical" for joint in graph.joints):  # what serves has to after turns too
+        wide = neighbours(graph, graph.posed_tree(), home, 4, size=1.5, seed=2)
+    blocks = refined(graph, tree, blocks, dependence, [*samples[1:], *wide, home])
     here = configure(graph, tree, home.q)
     signs = loop_signs(graph, tree)
+    blocks = paradoxes_whole(graph, tree, signs, blocks, here)
     blocks = [signed(graph, signs, block, here) for block in blocks]
     inside = {n for k, _ in tree.steps for n in graph.joints[k].coordinates}
     spared = sorted(inside & (affine.keys() - given))
