@@ -103,6 +103,9 @@ def _quality(
         steady = all(abs(slope - size) < 1e-12 * size for slope, size, _ in arms)
         form: Form = "quadratic" if row.kind in ("centre", "rod") else "linear"
         return worst, Block((k,), (row,), form, regular=steady)
+    longest = max(size for _, size, _ in arms)
+    if shortest < 0.5 * longest:  # an arm that turns away with some other angle
+        worst *= shortest / longest
     if shortest < 1e-3 * graph.length:  # hardly any arm to turn on
         worst *= shortest / (1e-3 * graph.length)
     form = "turn" if constant < 1e-12 else "turn with constant"

@@ -97,7 +97,7 @@ def plan_of(
     tree, blocks, dependence = best
     wide: list[Configuration] = []
     if any(joint.kind == "helical" for joint in graph.joints):  # what serves has to after turns too
-        wide = neighbours(graph, graph.posed_tree(), home, 4, size=1.5, seed=2)
+        wide = neighbours(graph, graph.posed_tree(), home, 6, size=4.0, seed=2)
     blocks = refined(graph, tree, blocks, dependence, [*samples[1:], *wide, home])
     here = configure(graph, tree, home.q)
     signs = loop_signs(graph, tree)

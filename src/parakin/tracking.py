@@ -29,6 +29,7 @@ _STRIDE = 32
 _REPEATS = 12  # runs of a kernel (two Newton steps each) before giving up
 _HALVINGS = 14
 _ATTEMPTS = 500  # steps of all sizes between two samples before giving up
+_FOLD = 0.1  # conditioning of the last good pose, below which it is reach that ends there
 
 
 class Status(enum.IntEnum):
@@ -211,7 +212,7 @@ def walk(
     part, size = np.zeros(n), np.ones(n)
     out = at(part, here, np.arange(n))
     status = classify(out, layout)
-    tangent = out[layout.found[1]]
+    tangent, figure = out[layout.found[1]], out[layout.checks + 1].copy()
     going = np.flatnonzero(status == Status.CONVERGED)
     for _ in range(_ATTEMPTS):
         if not len(going):
@@ -227,9 +228,11 @@ def walk(
         done = going[good]
         here[:, done], part[done] = position[:, good], target[good]
         tangent[:, done] = found[layout.found[1]][:, good]
+        figure[done] = found[layout.checks + 1, good]
         size[done] *= 2.0
         size[going[~good]] *= 0.5
         stuck = size[going] < 0.5**_HALVINGS
+        verdict[stuck & (figure[going] < _FOLD) & ~good] = Status.OUT_OF_REACH
         out[:, going], status[going] = found, verdict
         going = going[~(good & (target == 1.0)) & ~stuck]
     status[going] = Status.ITERATION_LIMIT
@@ -263,14 +266,16 @@ class Tracker:
     def __init__(self, run: Run, layout: Layout, home: State) -> None:
         self._run = run
         self._layout = layout
+        self._figure = 1.0  # conditioning of the last good pose
         self.state = home
 
     def solve(self, y: FloatArray, guess: FloatArray) -> FloatArray:
         """A batch from guesses: y (orders, k, n), guess (m, n)."""
         return iterate(self._run, self._layout, y.reshape(-1, y.shape[2]), guess)
 
-    def _state(self, time: float, y: FloatArray, out: FloatArray) -> State:
-        return State(time, y, out[self._layout.found])
+    def _reached(self, time: float, y: FloatArray, out: FloatArray) -> None:
+        self.state = State(time, y, out[self._layout.found])
+        self._figure = float(out[self._layout.checks + 1])
 
     def step(self, time: float, y: FloatArray) -> tuple[FloatArray, Status]:
         """One step from the last state to `y` (orders, k), accepted only on the same branch."""
@@ -282,7 +287,7 @@ class Tracker:
         if status == Status.CONVERGED:
             if not _trusted(out[self._layout.found[0], 0], guess, a.found[0]):
                 return out, Status.BRANCH_CHANGE
-            self.state = self._state(time, y, out[:, 0])
+            self._reached(time, y, out[:, 0])
         return out, status
 
     def enter(self, time: float, y: FloatArray) -> tuple[FloatArray, Status]:
@@ -291,7 +296,7 @@ class Tracker:
         verdict = Status(int(status[0]))
         if verdict == Status.CONVERGED:
             out = self.solve(y[:, :, None], out[self._layout.found[0]])
-            self.state = self._state(time, y, out[:, 0])
+            self._reached(time, y, out[:, 0])
         return out, verdict
 
     def reach(self, time: float, y: FloatArray) -> tuple[FloatArray, Status]:
@@ -314,7 +319,7 @@ class Tracker:
                     return out, status
                 fraction, size = target, min(2 * size, 1.0)
             elif size < 0.5**_HALVINGS:
-                return out, status
+                return out, Status.OUT_OF_REACH if self._figure < _FOLD else status
             else:
                 size /= 2
         return out, Status.ITERATION_LIMIT
