@@ -207,6 +207,12 @@ MECHANISM = [
     ("crank = {}", '"a\\nb\\u001b[31m" = {}', "bodies.a\\nb\\x1b[31m.name: found"),
     ('kind = "revolute"', "kind = 3", "joints.A.kind: found 3; expected " + KINDS),
     ("actuated = true", 'actuated = "yes"', "joints.A.actuated: found 'yes'; expected true or"),
+    (
+        "actuated = true",
+        "actuated = [0]",
+        "joints.A.actuated: found [0]; expected true or false, or",
+    ),
+    ("actuated = true", "actuated = [2]", "joints.A.actuated: found 2; expected numbers of its"),
     (IN_B, "[1]", "joints.B.on_parent: found [1]; expected a table"),
     (IN_B, '{ at = "r" }', "joints.B.on_parent.at: found 'r'; expected a list"),
     (IN_B, '{ at = ["r", 0] }', "joints.B.on_parent.at: found ['r', 0]; expected a list of 3"),
@@ -302,7 +308,7 @@ MECHANISM = [
         "joints.B.on_parent.x: found [0, 0, 2] along the",
     ),
     (IN_B, "{ axis = [0, 0, 1], x = [0, 0, 0] }", "joints.B.on_parent.x: found the axis [0.0, 0.0"),
-    (IN_B, "{ x = [0, 0, 1] }", "joints.B.on_parent.x: found an x without an axis; expected axis"),
+    (IN_B, "{ x = [0, 0, 1] }", "joints.B.on_parent.x: found [0, 0, 1] along the axis; expected"),
     (
         IN_B,
         '{ axis = [0, 0, 1], turns = [["x", 1]] }',

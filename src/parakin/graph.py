@@ -232,9 +232,7 @@ def placement(frame: Frame, parameters: Parameters, place: str) -> Placement:
     Raises InputError on expressions that fail and axes that are zero or parallel.
     """
     p = _vector(frame.at, parameters, f"{place}.at", LENGTH)
-    if frame.axis is None:
-        if frame.x is not None:
-            raise InputError(f"{place}.x", "an x without an axis", "axis and x, or neither")
+    if frame.axis is None and frame.x is None:
         R = IDENTITY
         for number, (axis, angle) in enumerate(frame.turns):
             q = parameters.evaluate(angle, ANGLE, f"{place}.turns[{number}]")
@@ -242,7 +240,8 @@ def placement(frame: Frame, parameters: Parameters, place: str) -> Placement:
         return Placement(_snap(R), p)
     if frame.turns:
         raise InputError(f"{place}.turns", "turns beside an axis", "either turns or an axis")
-    z = unit(_vector(frame.axis, parameters, f"{place}.axis", LENGTH), f"{place}.axis")
+    along = frame.axis if frame.axis is not None else (0.0, 0.0, 1.0)
+    z = unit(_vector(along, parameters, f"{place}.axis", LENGTH), f"{place}.axis")
     if frame.x is not None:
         x = unit(_vector(frame.x, parameters, f"{place}.x", LENGTH), f"{place}.x")
         if abs(spatial.dot(x, z)) > 1 - 1e-9:
@@ -306,13 +305,20 @@ def graph_of(mechanism: Mechanism) -> Graph:
                 pairs,
                 THETA if joint.kind == "universal" else IDENTITY,
                 len(named),
-                joint.actuated,
+                bool(joint.actuated),
                 length,
             )
         )
+        moved = joint.actuated
+        if isinstance(moved, bool):
+            moved = tuple(range(1, len(pairs) + 1)) if moved else ()
+        for k in moved:
+            if k > len(pairs):
+                expected = f"numbers of its coordinates, up to {len(pairs)}"
+                raise InputError(f"{place}.actuated", f"{k}", expected)
         for k, pair in enumerate(pairs, start=1):
             name = joint.name if len(pairs) == 1 else f"{joint.name}.{k}"
-            named.append((name, len(joints) - 1, not pair.slides, joint.actuated))
+            named.append((name, len(joints) - 1, not pair.slides, k in moved))
     if mechanism.platform is not None:
         platform = mechanism.platform
         origin = points[f"{platform.body}.{platform.point}"][1] if platform.point else (0.0,) * 3

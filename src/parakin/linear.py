@@ -43,7 +43,7 @@ def solve(
         return Solved(found, functions.sqrt(square))
     if len(matrix) > n:
         solutions, volume = _by_reflections(matrix, sides, functions)
-        return Solved(solutions, functions.copysign(volume, 1.0))
+        return Solved(solutions, functions.sqrt(mul(volume, volume)))
     if n == 1:
         inverse = 1.0 / matrix[0][0]  # written as one division that later right-hand sides share
         return Solved([[mul(inverse, side[0])] for side in sides], matrix[0][0])

@@ -39,6 +39,18 @@ def _name(name: str) -> str:
     return name
 
 
+def _actuated(moved: object) -> bool | tuple[int, ...]:
+    if isinstance(moved, bool):
+        return moved
+    numbers = moved if isinstance(moved, (list, tuple)) else (None,)
+    if not all(type(k) is int and k > 0 for k in numbers):
+        raise ValueError("true or false, or numbers of the joint's coordinates, such as [2]")
+    return tuple(numbers)
+
+
+Actuated = Annotated[bool | tuple[int, ...], BeforeValidator(_actuated)]
+
+
 def _mechanism_name(name: str) -> str:
     return name if re.fullmatch(r"\d[A-Za-z0-9_ '-]{0,63}", name) else _name(name)  # 3-rrr
 
@@ -91,7 +103,8 @@ class Joint(Table):
     about x, then y, then z. A cylindrical joint has its angle first, its displacement second. A
     helical joint advances by `pitch` along z each turn. A planar joint slides along x and y, then
     turns about z; a free one slides along x, y, z and turns as a spherical one. A rod of `length`
-    between the two frames' origins, with spherical ends, has no coordinates.
+    between the two frames' origins, with spherical ends, has no coordinates. `actuated` may say
+    which of several coordinates a motor moves: (2,) is the second.
     """
 
     unsaid = frozenset({"name"})
@@ -102,7 +115,7 @@ class Joint(Table):
     child: Name
     on_parent: Frame = Frame()
     on_child: Frame = Frame()
-    actuated: bool = False
+    actuated: Actuated = False
     pitch: Quantity | None = None
     length: Quantity | None = None
 
