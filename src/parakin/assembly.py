@@ -260,7 +260,8 @@ def home_of(graph: Graph, tree: Tree) -> Configuration:
         mm, degrees, name = max(gaps, key=lambda g: g[0] / graph.length / 1e3 + math.radians(g[1]))
         raise AssemblyError(
             f"{graph.mechanism.where}: cannot be assembled from its guess; the largest gap left is "
-            f"at joint {name}: {mm:.6g} mm and {degrees:.6g} degrees (a better [guess] may help)"
+            f"at joint {name}: {mm:.6g} mm and {degrees:.6g} degrees (a better [guess] may help, "
+            "or these dimensions do not close at all)"
         )
     at.q[np.abs(at.q) < _NOTHING] = 0.0
     opposed = _opposed(tree, at)

@@ -18,6 +18,7 @@ from parakin.graph import Graph
 from parakin.kernel import Outputs, newton_unknowns
 from parakin.machine import make_kernel, output_count
 from parakin.plan import Block, Plan
+from parakin.tracking import SINGULAR
 
 _STEPS = 40
 _SAME = 1e-6  # what two findings may differ by, in radians and characteristic lengths
@@ -42,7 +43,8 @@ class Branch:
 class Search:
     """What `branches` found: the branches, nearest home first, the names of the coordinates that
     tell them apart, how many starts closed, and the Good-Turing estimate of how likely one more
-    start that closes would find something new.
+    start that closes would find something new. `singular` counts closed starts left out: there
+    the driven coordinates do not determine the rest, and assemblies may form a continuum.
     """
 
     branches: tuple[Branch, ...]
@@ -50,6 +52,7 @@ class Search:
     starts: int
     closed: int
     unseen: float
+    singular: int = 0
 
 
 def branches(
@@ -80,7 +83,9 @@ def branches(
     offsets = np.array([plan.offset(k) for k in range(len(home))])
     for cosine in facing(circuits_at(graph, plan.tree, q + offsets[:, None]), plan.tree).values():
         real &= cosine > 0.0
-    closed = np.flatnonzero(real)
+    regular = np.abs(conditioning) > SINGULAR
+    singular = int((real & ~regular).sum())
+    closed = np.flatnonzero(real & regular)
     told_by = _telling(graph, plan)
     groups = _groups(graph, q[:, closed], told_by, scales)
     found: list[tuple[float, Branch]] = []
@@ -118,6 +123,7 @@ def branches(
         n,
         len(closed),
         once / len(closed) if len(closed) else 1.0,
+        singular,
     )
 
 

@@ -206,7 +206,7 @@ def _parameters(settings: Sequence[str], option: str = "--set") -> dict[str, str
 def _check(options: argparse.Namespace) -> int:
     from parakin.analysis import mobility
     from parakin.assembly import assembled
-    from parakin.files import expanded, load
+    from parakin.files import expanded, load, load_motion
     from parakin.graph import graph_of
     from parakin.report import mechanism_report
 
@@ -218,6 +218,12 @@ def _check(options: argparse.Namespace) -> int:
     graph = graph_of(mechanism)
     home = assembled(graph)
     found = mobility(graph, home, len(graph.mechanism.driven))
+    driven = [graph.index(name, "driven") for name in mechanism.driven]
+    rest = {
+        graph.coordinates[k].name: 0.0 if k in graph.from_home else float(home.q[k]) for k in driven
+    }
+    for motion in mechanism.motions:  # only to see that they say something
+        load_motion(motion, graph, rest)
     with _stdout_told():
         _console(width=_WIDE).print(mechanism_report(graph, home.q, found))
     return 0

@@ -20,7 +20,7 @@ from parakin.solver import Solver
 
 def compile(
     mechanism: Mechanism | str | Path,
-    driven: Sequence[str] | None = None,
+    driven: Sequence[str] | str | None = None,
     *,
     coordinates: Sequence[str] | str | None = None,
     derivatives: int = 2,
@@ -33,7 +33,7 @@ def compile(
     """Compile a mechanism for a choice of driven coordinates.
 
     mechanism: or its name in the catalogue, or its file.
-    driven: names, as many as its mobility; the mechanism's own choice if not given.
+    driven: one name or more, as many as its mobility; the mechanism's own choice if not given.
     coordinates: which to report. By default those of a spanning tree and the platform's pose;
     "all" adds those of the joints outside the tree and the cone angles of spherical joints.
     derivatives: 0 to 3 of them; the third is the jerk.
@@ -55,7 +55,8 @@ def compile(
     if derivatives not in range(4):
         raise InputError("derivatives", f"{derivatives}", "0, 1, 2 or 3")
     graph = graph_of(mechanism)
-    names = tuple(mechanism.driven if driven is None else driven)
+    driven = mechanism.driven if driven is None else driven
+    names = (driven,) if isinstance(driven, str) else tuple(driven)
     if not names:
         raise DrivenError(f"{mechanism.where}: no driven coordinates are given")
     if len(set(names)) < len(names):

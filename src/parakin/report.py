@@ -19,6 +19,7 @@ from parakin.graph import Graph
 from parakin.singularities import Closeness
 from parakin.tracking import Status
 
+_FAR = 0.8  # radians, or characteristic lengths: what is no longer near a guess
 _CLOSES = 1e-9  # of the characteristic length: a stated home this near is one
 
 
@@ -158,6 +159,15 @@ def _home_table(graph: Graph, home: FloatArray) -> Table:
 
 def _home_notes(graph: Graph, home: FloatArray) -> list[Text]:
     notes = [Text("  * actuated", style="dim")]
+    strays = [graph.coordinates[k].name for k in graph.guess if _astray(graph, k, home)]
+    if strays:
+        notes.append(
+            Text(
+                f"  far from the guess, or on its other side: {', '.join(strays)}. Another assembly "
+                "may have been meant (`parakin modes` lists them)",
+                style="bold yellow",
+            )
+        )
     if graph.stated:
         off = {k: float(home[k]) - value for k, value in graph.stated.items()}
         size = {
@@ -173,6 +183,15 @@ def _home_notes(graph: Graph, home: FloatArray) -> list[Text]:
             )
         notes.append(Text(said))
     return notes
+
+
+def _astray(graph: Graph, k: int, home: FloatArray) -> bool:
+    """Whether a coordinate came out far from its guess, or a slide with the other sign."""
+    found, guess = float(home[k]), graph.guess[k]
+    away = abs(found - guess)
+    if graph.coordinates[k].angle:
+        return abs(away - 2 * math.pi * round(away / (2 * math.pi))) > _FAR
+    return away > _FAR * graph.length or found * guess < 0.0
 
 
 def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> RenderableType:
@@ -201,6 +220,11 @@ def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> Renderab
             f"{len(found.branches)} distinct among {found.closed:,} assemblies found from "
             f"{found.starts:,} random starts. A search, not a proof: one more would be new with "
             f"probability {odds}."
+        ),
+        *(
+            [Text(f"{found.singular:,} more are singular and left out: no isolated assemblies.")]
+            if found.singular
+            else []
         ),
     )
 

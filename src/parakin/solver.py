@@ -38,6 +38,7 @@ from parakin.tracking import (
     StatusArray,
     Tracker,
     classify,
+    cropped,
     iterate,
     solve_all,
     unwrap,
@@ -336,11 +337,19 @@ class Solver:
         last: xr.Dataset | None = None
         lost = False
         for start in range(0, motion.count, size):
-            samples = motion.window(start, min(start + size, motion.count))
+            stop = min(start + size, motion.count)
+            first, until = start, stop
+            if not self._iterated:  # two samples on either side of a crossing show it
+                first, until = max(start - 2, 0), min(stop + 1, motion.count)
+            samples = motion.window(first, until)
             if samples.jerk is None and self.derivatives > 2:
                 found = "position, velocity and acceleration"
                 raise InputError(f"motion {motion.name}", found, "jerk too, or position alone")
-            out, status, ending, lost = self._window(samples, tracker, ending, lost, parallel)
+            inner = slice(start - first, stop - first)
+            out, status, ending, lost = self._window(
+                samples, inner, tracker, ending, lost, parallel
+            )
+            samples = cropped(samples, inner.start, inner.stop)
             figures = None
             if points:
                 figures = self._figures(samples, out, tuple(points.values()), parallel)
@@ -351,12 +360,13 @@ class Solver:
     def _window(
         self,
         samples: Samples,
+        inner: slice,
         tracker: Tracker,
         ending: Ending | None,
         lost: bool,
         parallel: bool,
     ) -> tuple[FloatArray, StatusArray, Ending | None, bool]:
-        n = len(samples.time)
+        n = inner.stop - inner.start
         if lost:
             out = np.full((self._results, n), np.nan)
             return out, np.full(n, Status.NOT_REACHED, dtype=np.int8), ending, True
@@ -366,13 +376,14 @@ class Solver:
             out, status = solve_all(
                 lambda inputs: self._run(inputs, parallel=parallel), samples, self._layout
             )
+            out, status = out[:, inner], status[inner]
         bad = status != Status.CONVERGED
         if bad.any():
             first = int(np.argmax(bad))
             status[first + 1 :] = Status.NOT_REACHED
             out[: self._layout.checks + 2, first:] = np.nan
             lost = True
-        ending = unwrap(out, self._layout, samples.time, ending)
+        ending = unwrap(out, self._layout, samples.time[inner], ending)
         self._limit(out, status)
         return out, status, ending, lost
 
