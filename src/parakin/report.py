@@ -163,8 +163,8 @@ def _home_notes(graph: Graph, home: FloatArray) -> list[Text]:
     if strays:
         notes.append(
             Text(
-                f"  far from the guess, or on its other side: {', '.join(strays)}. Another assembly "
-                "may have been meant (`parakin modes` lists them)",
+                f"  far from the guess, or on its other side: {', '.join(strays)}. Another "
+                "assembly may have been meant (`parakin modes` lists them)",
                 style="bold yellow",
             )
         )
