@@ -76,12 +76,12 @@ def compile(
     if near is not None:
         home = _near(graph, home, numbers, near)
     plan = plan_of(graph, numbers, home, [joints.index(name) for name in cut])
-    chosen = list(_chosen(graph, coordinates))
+    chosen = list(_chosen(plan.graph, coordinates))
     iterated = newton_unknowns(plan)  # found and checked by the solver, whoever asks for them
     chosen += [k for k in iterated if k not in chosen]
     outputs = Outputs(tuple(chosen), derivatives, checks or bool(iterated))
     code = has_machine_code() if machine_code is None else machine_code
-    return Solver(graph, plan, outputs, machine_code=code)
+    return Solver(plan, outputs, machine_code=code)
 
 
 def _near(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from parakin import spatial
@@ -205,6 +205,49 @@ class Graph:
             waiting.remove(k)
         cuts = tuple(k for k in range(len(self.joints)) if k not in set(kept))
         return Tree(tuple(steps), cuts)
+
+    def split(self, number: int) -> Graph:
+        """The same with a joint of several freedoms as a chain of single ones, nothing between.
+
+        Coordinates keep their numbers and names; the joint's cone angle is lost.
+        """
+        joint = self.joints[number]
+        joints, coordinates = list(self.joints), list(self.coordinates)
+        links = tuple(f"{joint.name}.{k}" for k in range(1, len(joint.pairs)))
+        bodies = (*self.bodies, *links)
+        along = [joint.parent, *range(len(self.bodies), len(bodies)), joint.child]
+        nowhere = Placement(IDENTITY, (0.0, 0.0, 0.0))
+        last = Placement(spatial.compose(joint.M.R, spatial.transpose(joint.tail)), joint.M.p)
+        for i, pair in enumerate(joint.pairs):
+            onto: Matrix = tuple(  # type: ignore[assignment]
+                tuple(float(row == (pair.axis + k) % 3) for k in (1, 2, 0)) for row in range(3)
+            )  # turns z into the pair's axis
+            F = joint.F if i == 0 else nowhere
+            M = last if i == len(joint.pairs) - 1 else nowhere
+            k = joint.first + i
+            single = GraphJoint(
+                coordinates[k].name,
+                "prismatic" if pair.slides else "revolute",
+                along[i],
+                along[i + 1],
+                Placement(_snap(spatial.compose(F.R, onto)), F.p),
+                Placement(_snap(spatial.compose(M.R, onto)), M.p),
+                (pair._replace(axis=2),),
+                IDENTITY,
+                k,
+                coordinates[k].actuated,
+            )
+            place = number if i == 0 else len(joints)
+            joints[place : place + 1] = [single]
+            coordinates[k] = coordinates[k]._replace(joint=place)
+        cones = {name: cone for name, cone in self.cones.items() if cone[0] != number}
+        return replace(
+            self,
+            bodies=bodies,
+            joints=tuple(joints),
+            coordinates=tuple(coordinates),
+            cones=cones,
+        )
 
 
 def unit(a: Vector, place: str) -> Vector:

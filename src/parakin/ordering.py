@@ -60,6 +60,8 @@ def plan_of(
     """
     samples = neighbours(graph, graph.posed_tree(), home, 3) or [home]
     idle = check_driven(graph, driven, home, samples)
+    graph, home = _with_room(graph, (*driven, *idle), home)
+    samples = neighbours(graph, graph.posed_tree(), home, 3) or [home]
     firm = {graph.coordinates[k].joint for k in (*driven, *idle)}
     tree = graph.tree(first=firm, last=cut)
     if not set(cut) <= set(tree.cuts):
@@ -108,6 +110,24 @@ def plan_of(
     return Plan(
         graph, tree, tuple(driven), home.q, affine, tuple(blocks), tuple(idle), tuple(spared)
     )
+
+
+def _with_room(
+    graph: Graph, driven: Sequence[int], home: Configuration
+) -> tuple[Graph, Configuration]:
+    """Where joints with driven coordinates close a loop, none could be cut; but joints of several
+    freedoms, some of them passive, can be once they are split.
+    """
+    while True:
+        firm = {graph.coordinates[k].joint for k in driven}
+        cuts = firm & set(graph.tree(first=firm).cuts)
+        several = [
+            k for k in sorted(firm) if len(graph.joints[k].pairs) > 1 and k != graph.platform
+        ]
+        if not cuts or not several:
+            return graph, home
+        graph = graph.split(next((k for k in several if k in cuts), several[0]))
+        home = configure(graph, graph.posed_tree(), home.q)
 
 
 Members = tuple[list[int], list[int]]  # unknowns, rows

@@ -79,13 +79,12 @@ class Solver:
 
     def __init__(
         self,
-        graph: Graph,
         plan: Plan,
         outputs: Outputs,
         *,
         machine_code: bool,
     ) -> None:
-        self.graph = graph
+        self.graph = graph = plan.graph
         self.plan = plan
         self.mechanism = graph.mechanism
         self.machine_code = machine_code
@@ -404,9 +403,11 @@ class Solver:
     ) -> dict[str, tuple[int, tuple[float, float, float]]]:
         if bodies is False:
             return {}
-        origins = {name: (k, (0.0, 0.0, 0.0)) for k, name in enumerate(self.graph.bodies)}
+        named = [body.name for body in self.mechanism.bodies if body.name != self.mechanism.base]
+        places = {name: k for k, name in enumerate(self.graph.bodies)}
+        origins = {n: (places[n], (0.0, 0.0, 0.0)) for n in (self.mechanism.base, *named)}
         if bodies is True:
-            return {name: origins[name] for name in self.graph.bodies[1:]}
+            return {name: origins[name] for name in named}
         known = origins | dict(self.graph.points)
         for name in bodies:
             if name not in known:
