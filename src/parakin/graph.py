@@ -137,6 +137,12 @@ class Graph:
             nearest(name, (coordinate.name for coordinate in self.coordinates)),
         )
 
+    def limits(self, name: str) -> tuple[float, float]:
+        """Of a coordinate or a cone angle, infinite where none are given. Raises InputError."""
+        if name in self.cones:
+            return self.cones[name][1]
+        return self.coordinates[self.index(name, "limits")].limits
+
     def dimension(self, coordinate: int) -> Dimension:
         return ANGLE if self.coordinates[coordinate].angle else LENGTH
 

@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parakin.assembly import configure
+from parakin.bodies import Figures, Points, points_of
 from parakin.branches import Search, branches
 from parakin.errors import InputError, nearest
 from parakin.files import load_motion
 from parakin.graph import Graph
 from parakin.kernel import Outputs, newton_unknowns
-from parakin.machine import Kernel, make_kernel, output_count
+from parakin.machine import make_kernel, output_count
 from parakin.motion import Motion, Samples
 from parakin.ordering import plan_of
 from parakin.plan import Plan
@@ -97,7 +98,7 @@ class Solver:
         self._iterated = newton_unknowns(plan)
         self.iterated = tuple(self._name(c) for c in self._iterated)
         self._kernel = make_kernel(plan, outputs, machine_code=machine_code, steps=_STEPS)
-        self._body_kernels: dict[tuple[tuple[int, tuple[float, ...]], ...], Kernel] = {}
+        self._body_figures: dict[tuple[object, ...], Figures] = {}
         self._results = output_count(outputs)
 
     def _name(self, coordinate: int | str) -> str:
@@ -330,7 +331,7 @@ class Solver:
                 f"the driven coordinates {', '.join(self.driven)}",
             )
         motion = motion.reordered(self.driven)
-        points = self._points(bodies)
+        points = points_of(self.graph, bodies)
         tracker = Tracker(self._run, self._layout, self._home_state())
         ending: Ending | None = None
         last: xr.Dataset | None = None
@@ -342,8 +343,8 @@ class Solver:
                 first, until = max(start - 2, 0), min(stop + 1, motion.count)
             samples = motion.window(first, until)
             if samples.jerk is None and self.derivatives > 2:
-                found = "position, velocity and acceleration"
-                raise InputError(f"motion {motion.name}", found, "jerk too, or position alone")
+                known = "position, velocity and acceleration"
+                raise InputError(f"motion {motion.name}", known, "jerk too, or position alone")
             inner = slice(start - first, stop - first)
             out, status, ending, lost = self._window(
                 samples, inner, tracker, ending, lost, parallel
@@ -351,7 +352,9 @@ class Solver:
             samples = cropped(samples, inner.start, inner.stop)
             figures = None
             if points:
-                figures = self._figures(samples, out, tuple(points.values()), parallel)
+                found = out[self._layout.found[0]]
+                figures = self._figures(points).at(samples, found, parallel)
+                figures[:, np.isnan(out[self._layout.checks])] = np.nan
             ds = dataset(self, motion, samples.time, out, status, list(points), figures, last)
             last = ds
             yield ds
@@ -388,51 +391,17 @@ class Solver:
 
     def _limit(self, out: FloatArray, status: StatusArray) -> None:
         for row, name in enumerate(self.coordinates):
-            low, high = self._limits(name)
+            low, high = self.graph.limits(name)
             if not (np.isinf(low) and np.isinf(high)):
                 outside = (out[row] < low) | (out[row] > high)
                 status[outside & (status == Status.CONVERGED)] = Status.LIMIT_EXCEEDED
 
-    def _limits(self, name: str) -> tuple[float, float]:
-        if name in self.graph.cones:
-            return self.graph.cones[name][1]
-        return self.graph.coordinates[self.graph.index(name, "coordinates")].limits
-
-    def _points(
-        self, bodies: bool | Sequence[str]
-    ) -> dict[str, tuple[int, tuple[float, float, float]]]:
-        if bodies is False:
-            return {}
-        named = [body.name for body in self.mechanism.bodies if body.name != self.mechanism.base]
-        places = {name: k for k, name in enumerate(self.graph.bodies)}
-        origins = {n: (places[n], (0.0, 0.0, 0.0)) for n in (self.mechanism.base, *named)}
-        if bodies is True:
-            return {name: origins[name] for name in named}
-        known = origins | dict(self.graph.points)
-        for name in bodies:
-            if name not in known:
-                raise InputError("bodies", f"unknown body or point {name!r}", nearest(name, known))
-        return {name: known[name] for name in bodies}
-
-    def _figures(
-        self,
-        samples: Samples,
-        out: FloatArray,
-        points: tuple[tuple[int, tuple[float, float, float]], ...],
-        parallel: bool,
-    ) -> FloatArray:
-        outputs = Outputs((), derivatives=2, checks=False, points=points)
-        if points not in self._body_kernels:
-            self._body_kernels[points] = make_kernel(
-                self.plan, outputs, machine_code=self.machine_code, steps=1
-            )
-        inputs = np.concatenate(
-            [samples.position, samples.velocity, samples.acceleration, out[self._layout.found[0]]]
-        )
-        figures = np.empty((output_count(outputs), len(samples.time)))
-        self._body_kernels[points](inputs, figures, parallel)
-        figures[:, np.isnan(out[self._layout.checks])] = np.nan
-        return figures
+    def _figures(self, points: Points) -> Figures:
+        """Kept, since a kernel takes a while to compile."""
+        key = tuple(points.items())
+        if key not in self._body_figures:
+            self._body_figures[key] = Figures.of(self.plan, points, machine_code=self.machine_code)
+        return self._body_figures[key]
 
 
 def home_values(graph: Graph, plan: Plan) -> dict[str, float]:
