@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 import parakin
 from parakin.cli import main
 from parakin.motion import Law, constant, from_laws, polynomial345
+from parakin.recorded import from_arrays
 
 
 def time_of(law: Law, value: float, low: float, high: float) -> float:
@@ -159,3 +160,47 @@ def test_outputs_are_found_where_the_actuators_are_driven_by_the_file() -> None:
         near = solver.singularities(solver.solve(rest))
         both.append((near.type1[0], near.type2[0]))
     np.testing.assert_allclose(both[0], both[1], atol=1e-12)
+
+
+def test_undefined_angles_of_the_platform_are_no_singularity_of_the_mechanism() -> None:
+    """At a pitch of 90 degrees roll and yaw are one; the hexapod's six leg lines, though, are
+    independent there (their Plücker coordinates by NumPy).
+    """
+    solver = parakin.compile("gough-stewart", machine_code=False)
+    pitching = polynomial345(0.0, 1.75, 1.0)
+    laws = {n: constant(solver.home[n]) for n in solver.driven} | {"platform.pitch": pitching}
+    motion = from_laws("pitch", laws, 1.0, 201.0)
+    result = parakin.require_solved(solver.solve(motion))
+    near = solver.singularities(result, motion)
+    assert near.crossings == ()
+    i = int(np.argmin(np.abs(motion.samples().position[4] - np.pi / 2)))
+    a, b = leg_ends(0.0)
+    middle = np.array([0.0, 0.0, b[0, 2]])
+    b = (b - middle) @ np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]) + middle
+    lines = (b - a) / np.linalg.norm(b - a, axis=1, keepdims=True)
+    assert abs(np.linalg.det(np.hstack([lines, np.cross(b - middle, lines)]))) > 0.01
+    assert near.type2[i] > 0.1
+    # Driven by its legs it does stop there, since the pose is told by those angles; and says so.
+    legs = [f"P{k}" for k in range(1, 7)]
+    rows = [result[q].sel(coordinate=legs).values.T for q in ("position", "velocity")]
+    rows.append(result["acceleration"].sel(coordinate=legs).values.T)
+    forward = parakin.compile("gough-stewart", legs, machine_code=False)
+    again = from_arrays("legs", legs, result.time.values, *rows)
+    stopped = forward.solve(again)
+    (ending,) = forward.singularities(stopped, again).crossings
+    assert ending.kind == "angles"
+    assert abs(ending.time - time_of(pitching, np.pi / 2, 0.0, 1.0)) < 1e-6
+
+
+def test_several_freedoms_are_counted() -> None:
+    """A 3-RPS lowered into the plane of its three hinges: heave, roll and pitch are all free."""
+    solver = parakin.compile("3-rps", machine_code=False)
+    height = solver.home["platform.z"]
+    down = polynomial345(height, -1.3 * height, 1.0)
+    laws = {n: constant(solver.home[n]) for n in solver.driven} | {"platform.z": down}
+    motion = from_laws("down", laws, 1.0, 400.0)
+    near = solver.singularities(solver.solve(motion), motion)
+    (crossing,) = near.crossings
+    assert crossing.kind == "type 2"
+    assert crossing.words.endswith("; 3 freedoms in all")
+    assert abs(crossing.time - time_of(down, 0.0, 0.0, 1.0)) < 1e-8

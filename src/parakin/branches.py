@@ -111,7 +111,11 @@ def branches(
                 ),
             )
         )
-    found.sort(key=lambda pair: pair[0])
+    # Mirror images are as far from home as each other: let chance not decide which comes first.
+    names = [graph.coordinates[k].name for k in told_by]
+    found.sort(
+        key=lambda pair: (round(pair[0], 6), [round(pair[1].coordinates[n], 4) for n in names])
+    )
     named_branches = tuple(
         replace(branch, name="home" if distance < 1e-4 else str(number))
         for number, (distance, branch) in enumerate(found, start=1)

@@ -240,14 +240,10 @@ def singularities_report(found: Closeness) -> RenderableType:
         if np.isfinite(figure).any():
             i = int(np.nanargmin(figure))
             lines.append(Text(f"{what}: least {figure[i]:.3f} at {found.time[i]:.6g} s"))
-    lines += [
-        Text(
-            f"{'ends at' if c.ends else 'crosses'} a {c.kind} singularity at {c.time:.9f} s: "
-            f"{c.words}",
-            style="bold red",
-        )
-        for c in found.crossings
-    ]
+    for c in found.crossings:
+        what = "the end of its angles" if c.kind == "angles" else f"a {c.kind} singularity"
+        verb = "ends at" if c.ends else "crosses"
+        lines.append(Text(f"{verb} {what} at {c.time:.9f} s: {c.words}", style="bold red"))
     return Group(*lines)
 
 

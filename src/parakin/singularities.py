@@ -29,7 +29,7 @@ from parakin.kernel import CHECKS, Outputs
 from parakin.machine import make_kernel, output_count
 from parakin.plan import Block, Plan
 from parakin.tracking import RESIDUAL, Status, hermite
-from parakin.words import moving, names, platform_motion
+from parakin.words import moving, names, platform_axes, platform_motion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from parakin.motion import Motion
     from parakin.solver import Solver
 
-Kind = Literal["type 1", "type 2", "constraint", "passive", "driven"]
+Kind = Literal["type 1", "type 2", "constraint", "passive", "driven", "angles"]
 
 _LOCATED = 1e-10  # [s]
 _STEPS = 8  # Newton steps where a plan iterates, from the sample before
@@ -52,7 +52,8 @@ class Crossing:
 
     "type 1", "type 2"; "constraint": all rows together lose rank; "passive": joints that are
     neither actuated nor outputs go free; "driven": the driven coordinates, being neither the
-    actuated ones nor the outputs, determine the rest no longer. `ends`: the motion stops there.
+    actuated ones nor the outputs, determine the rest no longer; "angles": it is only the three
+    angles of the platform that are not defined there. `ends`: the motion stops there.
     """
 
     time: float
@@ -82,6 +83,12 @@ class _Sets(NamedTuple):
     actuated: list[int]
     outputs: list[int]
     pose: list[int]
+
+    @property
+    def turned(self) -> list[int]:
+        """Where the platform's angles stand among actuated coordinates and outputs, all or none."""
+        whole = set(self.pose[3:]) <= set(self.outputs)
+        return [len(self.actuated) + self.outputs.index(k) for k in self.pose[3:]] if whole else []
 
 
 def closeness(solver: Solver, result: xr.Dataset, motion: Motion | None = None) -> Closeness:
@@ -207,7 +214,11 @@ class _Path:
             kernel(np.concatenate([y, unit, guess]), out, False)
             columns.append(out[len(every) :][rows].T / scales[rows])
         offsets = np.array([plan.offset(k) for k in every])
-        return np.stack(columns, axis=2), out[: len(every)] + offsets[:, None]
+        found, q = np.stack(columns, axis=2), out[: len(every)] + offsets[:, None]
+        angles = sets.turned
+        if angles:  # angular velocities, which are defined where angles are not
+            found[:, angles] = platform_axes(graph, q)[0] @ found[:, angles]
+        return found, q
 
     def conditioning(self, i: int, time: float) -> float:
         """That of what is solved, NaN out of reach."""
@@ -279,12 +290,21 @@ def _crossing(path: _Path, sets: _Sets, i: int) -> Crossing:
     every = np.zeros(len(graph.coordinates))
     every[[*sets.actuated, *sets.outputs, *sets.pose]] = rates[0] @ mix
     if free == 2:
-        return Crossing(time, "type 2", _free(graph, sets, every, q[:, 0]))
+        many = _freedoms(np.linalg.qr(rates[0, : 2 * count])[0][:count])
+        return Crossing(time, "type 2", _free(graph, sets, every, q[:, 0]) + many)
     lost = np.zeros(len(graph.coordinates))
     lost[sets.outputs] = np.linalg.svd(rates[0, rows])[0][:, -1]
+    if sets.turned:
+        turns = sets.pose[3:]
+        lost[turns] = np.linalg.solve(platform_axes(graph, q)[0][0], lost[turns])
     cannot = platform_motion(graph, lost, q[:, 0], sets.outputs, "cannot")
     words = _idle(graph, sets, every)
     return Crossing(time, "type 1", f"{words}: {cannot}" if cannot else words)
+
+
+def _freedoms(part: FloatArray) -> str:
+    count = int((np.linalg.svd(part, compute_uv=False) < _LOST).sum())
+    return f"; {count} freedoms in all" if count > 1 else ""
 
 
 def _ending(path: _Path, sets: _Sets, i: int, rank: int, best: float) -> list[Crossing]:
@@ -298,20 +318,18 @@ def _ending(path: _Path, sets: _Sets, i: int, rank: int, best: float) -> list[Cr
     elif figure[low] * figure[high] < 0:
         time = _bisected(low, high, lambda t: path.conditioning(i, t) * figure[low] > 0)
     else:  # a closed form keeps its sign: its figure is a V, at the tip of which it goes astray
-        first, last = low, high
-        while last - first > _LOCATED:
-            a, b = first + (last - first) / 3, last - (last - first) / 3
-            if abs(path.conditioning(i, a)) < abs(path.conditioning(i, b)):
-                last = b
-            else:
-                first = a
-        time = (first + last) / 2
+        tips = [_tip(path, j) for j in (i, i + 1) if j + 1 < len(path.time)]
+        _, time, i = min(tips)
+        low = float(path.time[i])
     before = max(low, time - _LOCATED)
     if not abs(path.conditioning(i, before)) < _LOST:
         return []
     y, guess = path.at(i, before)
     _, q = path.rates(y, guess, sets)
     graph, plan = path.solver.graph, path.solver.plan
+    if sets.pose and abs(float(np.linalg.det(platform_axes(graph, q)[0][0]))) < _LOST:
+        words = "the platform's three angles are not defined there; angles about other axes may be"
+        return [Crossing(time, "angles", words, ends=True)]
     (values,) = _whole(plan, q)
     lost_rank = bool(values[rank - 1] < _LOST * best * values[0])
     at = configure(graph, plan.tree, q[:, 0])
@@ -322,6 +340,19 @@ def _ending(path: _Path, sets: _Sets, i: int, rank: int, best: float) -> list[Cr
         return []  # the rows that are solved fail, and not the mechanism
     free = motions @ right[-1]
     return [_judged(graph, sets, free, q[:, 0], time, constraint=lost_rank)]
+
+
+def _tip(path: _Path, i: int) -> tuple[float, float, int]:
+    """The least figure between samples i and i + 1, its time, and i."""
+    first, last = path.time[i : i + 2].tolist()
+    while last - first > _LOCATED:
+        a, b = first + (last - first) / 3, last - (last - first) / 3
+        if abs(path.conditioning(i, a)) < abs(path.conditioning(i, b)):
+            last = b
+        else:
+            first = a
+    time = (first + last) / 2
+    return abs(path.conditioning(i, time)), time, i
 
 
 def _judged(

@@ -217,7 +217,7 @@ def walk(
     part, size = np.zeros(n), np.ones(n)
     out = at(part, here, np.arange(n))
     status = classify(out, layout)
-    tangent, figure = out[layout.found[1]], out[layout.checks + 1].copy()
+    tangent = out[layout.found[1]]
     going = np.flatnonzero(status == Status.CONVERGED)
     for _ in range(_ATTEMPTS):
         if not len(going):
@@ -233,14 +233,14 @@ def walk(
         done = going[good]
         here[:, done], part[done] = position[:, good], target[good]
         tangent[:, done] = found[layout.found[1]][:, good]
-        figure[done] = found[layout.checks + 1, good]
         size[done] *= 2.0
         size[going[~good]] *= 0.5
         stuck = size[going] < 0.5**_HALVINGS
-        verdict[stuck & (figure[going] < _FOLD) & ~good] = Status.OUT_OF_REACH
+        given_up = stuck & np.isin(verdict, (Status.ITERATION_LIMIT, Status.BRANCH_CHANGE))
+        verdict[given_up] = Status.NOT_REACHED
         out[:, going], status[going] = found, verdict
         going = going[~(good & (target == 1.0)) & ~stuck]
-    status[going] = Status.ITERATION_LIMIT
+    status[going] = Status.NOT_REACHED
     return out, status
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from parakin.assembly import FloatArray
 from parakin.graph import Graph
 from parakin.recursion import Turn, turn
-from parakin.spatial import FLOATS, IDENTITY, column, turned
+from parakin.spatial import ARRAYS, IDENTITY, Vector, column, turned
 
 _STILL = 1e-3  # of what moves most: what rests
 _PART = 0.2  # of what moves most: what is worth a name
@@ -46,12 +46,8 @@ def platform_motion(
     v = graph.length * rates[slides]
     if not set(outputs) & set(turns):
         return f"the platform {_does('move', verb)} along {_direction(v / np.linalg.norm(v))}"
-    R, w = IDENTITY, np.zeros(3)
-    for k, pair in zip(turns, joint.pairs[3:], strict=True):
-        w += rates[k] * np.array(column(R, pair.axis))
-        at: Turn = turn(float(q[k]), FLOATS)
-        R = turned(R, pair.axis, at.cosine, at.sine)
-    w, v = np.array(R).T @ w, np.array(R).T @ v
+    (axes,), (R,) = platform_axes(graph, q[:, None])
+    w, v = R.T @ axes @ rates[turns], R.T @ v
     speed, spin = float(np.linalg.norm(v)), float(np.linalg.norm(w))
     if spin * graph.length < _STILL * speed:
         return f"the platform {_does('slide', verb)} along its own {_direction(v / speed)}"
@@ -63,6 +59,25 @@ def platform_motion(
     if abs(pitch) > _STILL * graph.length:
         said += f", advancing {2e3 * np.pi * pitch:.3f} mm a turn"
     return said
+
+
+def platform_axes(graph: Graph, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Axes of the platform's three angles in the base, as columns, and R_WB: (n, 3, 3) each.
+
+    q: (coordinates, n). The axes lie in a plane where the angles are not defined (gimbal lock).
+    """
+    joint = graph.joints[graph.platform or 0]
+    R, axes = IDENTITY, []
+    for k, pair in zip(joint.coordinates[3:], joint.pairs[3:], strict=True):
+        axes.append(column(R, pair.axis))
+        at: Turn = turn(q[k], ARRAYS)
+        R = turned(R, pair.axis, at.cosine, at.sine)
+
+    def stacked(rows: Sequence[Vector]) -> FloatArray:
+        n = q.shape[1]
+        return np.array([[np.broadcast_to(x, n) for x in row] for row in rows]).transpose(2, 0, 1)
+
+    return stacked(axes).transpose(0, 2, 1), stacked(R)
 
 
 def _does(what: str, verb: str) -> str:
