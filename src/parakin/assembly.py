@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +35,8 @@ class Configuration:
 
     `q`: all coordinates; `screws` (6, n): direction of motion per coordinate, angular part then
     velocity at the base's origin, angular parts scaled by nothing; `points` (n, 3): a point on
-    each axis; `ends`: each joint's frames on its two bodies.
+    each axis; `ends`: each joint's frames on its two bodies. `turned` keeps what has been worked
+    out with one coordinate turned: by cut joint and coordinate.
     """
 
     q: FloatArray
@@ -43,6 +44,7 @@ class Configuration:
     points: FloatArray
     circuits: Circuits
     ends: tuple[closure.Ends, ...]
+    turned: dict[tuple[int, int], list[tuple[Circuits, closure.Ends]]] = field(default_factory=dict)
 
 
 def circuits_at(graph: Graph, tree: Tree, q: Sequence[float] | FloatArray) -> Circuits:

@@ -138,6 +138,9 @@ def _by_two(
     return Block((k,), (rows[i], rows[j]), "turn by two")
 
 
+_TURNS = (Turn(0.0, 1.0, 0.0), Turn(0.0, 0.0, 1.0), Turn(0.0, -1.0, 0.0))
+
+
 def _arm(
     graph: Graph, row: Row, k: int, at: Configuration
 ) -> tuple[float, float, float, tuple[float, float]]:
@@ -150,10 +153,10 @@ def _arm(
     if not graph.coordinates[k].angle:
         u = closure.direction(at.circuits, row, end) if row.kind != "align" else (1.0, 0.0, 0.0)
         return slope, float(np.linalg.norm(np.array(u, dtype=float))), 0.0, (0.0, 0.0)
-    values = []
-    for c, s in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)):
-        there = at.circuits.varied({k: Turn(0.0, c, s)})
-        values.append(float(closure.value(there, row, closure.ends(there, row.cut))))
+    if (row.cut, k) not in at.turned:
+        turned = [at.circuits.varied({k: turn}) for turn in _TURNS]
+        at.turned[row.cut, k] = [(there, closure.ends(there, row.cut)) for there in turned]
+    values = [float(closure.value(there, row, end)) for there, end in at.turned[row.cut, k]]
     mean = (values[0] + values[2]) / 2
     cosine, sine = values[0] - mean, values[1] - mean
     return slope, float(np.hypot(cosine, sine)), abs(mean), (cosine, sine)

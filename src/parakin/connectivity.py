@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from parakin import closure
 from parakin.closure import Row
-from parakin.linear import independence, solve
+from parakin.linear import solve, squared_volume
 from parakin.plan import Block, Plan
 from parakin.recursion import Circuits
 from parakin.spatial import Functions, Scalar, add, mul, sub
@@ -90,7 +90,7 @@ def firmness(plan: Plan, circuits: Circuits, functions: Functions) -> Scalar:
     """How firmly the loops hold the coordinates that are spared, being affine on this branch.
 
     Each of them alone is given a unit rate, the unknowns follow, and what the closure rows then
-    drift spans a volume: zero where a spared coordinate could move as well.
+    drift spans a volume: zero where a spared coordinate could move as well. Its square is given.
     """
     systems = [System.of(circuits, block) for block in plan.blocks]
     rows = [r for c in plan.tree.cuts for r in closure.canonical_rows(plan.graph.joints[c], c)]
@@ -108,7 +108,7 @@ def firmness(plan: Plan, circuits: Circuits, functions: Functions) -> Scalar:
                 for row in rows
             ]
         )
-    return independence(list(zip(*columns, strict=True)), len(columns), functions)
+    return squared_volume(columns, functions)
 
 
 def signed_square(a: Scalar, functions: Functions) -> Scalar:

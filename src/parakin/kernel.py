@@ -122,9 +122,8 @@ def trace(
     if outputs.checks:
         if plan.spared:
             at_home = circuits_at(plan.graph, plan.tree, plan.home)
-            lever = float(firmness(plan, at_home, FLOATS))
-            held = mul(1.0 / lever, firmness(plan, circuits, functions))
-            quality.append(mul(held, held))
+            unit = 1.0 / float(firmness(plan, at_home, FLOATS))
+            quality.append(mul(unit, firmness(plan, circuits, functions)))
         step: Scalar = 0.0
         for move in moves:
             step = add(step, mul(move, move))

@@ -97,10 +97,14 @@ def _by_minors(
     return solutions, determinant
 
 
-def independence(matrix: Sequence[Sequence[Scalar]], columns: int, functions: Functions) -> Scalar:
-    """The volume that columns span, zero where they depend on one another; more rows than that."""
-    _, _, volume = _triangular([list(row) for row in matrix], columns, functions)
-    return volume
+def squared_volume(columns: Sequence[Sequence[Scalar]], functions: Functions) -> Scalar:
+    """The square of the volume that columns span, zero where they depend on one another."""
+    products = [[_inner(a, b) for b in columns] for a in columns]
+    if len(columns) == 1:
+        return products[0][0]
+    if len(columns) <= 3:
+        return _by_minors(products, [])[1]
+    return _by_reflections(products, [], functions)[1]
 
 
 def _by_reflections(

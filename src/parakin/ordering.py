@@ -60,8 +60,10 @@ def plan_of(
     """
     samples = neighbours(graph, graph.posed_tree(), home, 3) or [home]
     idle = check_driven(graph, driven, home, samples)
-    graph, home = _with_room(graph, (*driven, *idle), home)
-    samples = neighbours(graph, graph.posed_tree(), home, 3) or [home]
+    opened, home = _with_room(graph, (*driven, *idle), home)
+    if opened is not graph:
+        graph = opened
+        samples = neighbours(graph, graph.posed_tree(), home, 3) or [home]
     firm = {graph.coordinates[k].joint for k in (*driven, *idle)}
     tree = graph.tree(first=firm, last=cut)
     if not set(cut) <= set(tree.cuts):
