@@ -965,3 +965,11 @@ def test_a_standard_output_that_takes_no_more(arguments: list[str]) -> None:
         "error: standard output: found no space left on device; expected a stream that takes it "
         "all\n"
     )
+
+
+def test_checking_a_file_reads_its_motions_too(refusal: Refusal) -> None:
+    text = Path("linkage.toml").read_text()
+    Path("linkage.toml").write_text(
+        text + '\n[motions.wrong]\nduration = "1 s"\nlaws = { A = { law = "cosin", by = 1 } }\n'
+    )
+    assert "motions.wrong.laws.A" in refusal("check", "linkage.toml")

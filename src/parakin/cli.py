@@ -222,7 +222,7 @@ def _check(options: argparse.Namespace) -> int:
     rest = {
         graph.coordinates[k].name: 0.0 if k in graph.from_home else float(home.q[k]) for k in driven
     }
-    for motion in mechanism.motions:  # only to see that they say something
+    for motion in mechanism.motions if driven else ():  # only to see that they say something
         load_motion(motion, graph, rest)
     with _stdout_told():
         _console(width=_WIDE).print(mechanism_report(graph, home.q, found))
