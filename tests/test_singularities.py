@@ -204,3 +204,25 @@ def test_several_freedoms_are_counted() -> None:
     assert crossing.kind == "type 2"
     assert crossing.words.endswith("; 3 freedoms in all")
     assert abs(crossing.time - time_of(down, 0.0, 0.0, 1.0)) < 1e-8
+
+
+def test_times_counted_from_long_ago_are_located_as_well_as_they_can_be() -> None:
+    solver = parakin.compile("five-bar", machine_code=False)
+    down = polynomial345(0.26, -0.21, 1.0)
+    t = np.linspace(0.0, 1.0, 201)
+    rows = [np.stack([constant(0.0)(t)[k], down(t)[k]]) for k in range(3)]
+    motion = from_arrays("down", ["platform.x", "platform.y"], 1.7e9 + t, *rows)
+    near = solver.singularities(solver.solve(motion), motion)
+    (crossing,) = near.crossings
+    assert abs(crossing.time - 1.7e9 - time_of(down, 0.09, 0.0, 1.0)) < 2e-6
+
+
+def test_singularities_of_another_motion_are_refused() -> None:
+    solver = parakin.compile("five-bar", coordinates=["A1", "A2"], machine_code=False)
+    motion = solver.motion("circle")
+    result = solver.solve(motion)
+    assert solver.singularities(result, motion).crossings == ()
+    with pytest.raises(parakin.InputError, match="the motion that was solved"):
+        solver.singularities(result, solver.motion("circle", rate=50))
+    with pytest.raises(parakin.InputError, match="them, or the motion too"):
+        solver.singularities(result)

@@ -99,7 +99,7 @@ def closeness(solver: Solver, result: xr.Dataset, motion: Motion | None = None) 
     mechanism has no actuated coordinates, or not as many as are driven, or no other outputs.
     """
     sets = _sets(solver)
-    good = result["status"].values == Status.CONVERGED
+    good = np.isin(result["status"].values, (Status.CONVERGED, Status.LIMIT_EXCEEDED))
     time = result["time"].values
     type1, type2, whole, signs = (np.full(len(time), np.nan) for _ in range(4))
     crossings: list[Crossing] = []
@@ -182,10 +182,15 @@ class _Path:
         orders = ("position", "velocity", "acceleration")
         rows = solver.iterated
         found = [result[order].sel(coordinate=list(rows)).values.T for order in orders]
+        names = list(solver.driven)
         if motion is not None:
+            if motion.count != result.sizes["time"]:
+                said = f"{motion.count} samples, of the result {result.sizes['time']}"
+                raise InputError(f"motion {motion.name}", said, "the motion that was solved")
             driven = list(motion.reordered(solver.driven).samples().orders[:3])
         else:
-            names = list(solver.driven)
+            if not set(names) <= set(result["coordinate"].values.tolist()):
+                raise InputError("result", "not all driven coordinates", "them, or the motion too")
             driven = [result[order].sel(coordinate=names).values.T for order in orders]
         return cls(solver, result["time"].values, np.array(driven), np.array(found))
 
@@ -262,8 +267,13 @@ def _whole(plan: Plan, q: FloatArray) -> FloatArray:
     return values
 
 
+def _wide(low: float, high: float) -> bool:
+    """Whether an interval is wider than times need to be known, or can be."""
+    return high - low > max(_LOCATED, 4 * float(np.spacing(abs(high))))
+
+
 def _bisected(low: float, high: float, same: Callable[[float], bool]) -> float:
-    while high - low > _LOCATED:
+    while _wide(low, high):
         middle = (low + high) / 2
         low, high = (middle, high) if same(middle) else (low, middle)
     return (low + high) / 2
@@ -345,7 +355,7 @@ def _ending(path: _Path, sets: _Sets, i: int, rank: int, best: float) -> list[Cr
 def _tip(path: _Path, i: int) -> tuple[float, float, int]:
     """The least figure between samples i and i + 1, its time, and i."""
     first, last = path.time[i : i + 2].tolist()
-    while last - first > _LOCATED:
+    while _wide(first, last):
         a, b = first + (last - first) / 3, last - (last - first) / 3
         if abs(path.conditioning(i, a)) < abs(path.conditioning(i, b)):
             last = b
