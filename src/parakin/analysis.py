@@ -21,6 +21,7 @@ from parakin.assembly import (
     functional,
     holders,
     is_idle,
+    loop_rank,
     loop_signs,
     neighbours,
 )
@@ -95,7 +96,7 @@ def mobility(graph: Graph, home: Configuration, wanted: int = 0) -> Mobility:
     ]
     cuts = [k for k in tree.cuts if k != graph.platform]
     rows = sum(len(closure.canonical_rows(graph.joints[k], k)) for k in cuts)
-    inside = sum(len(graph.joints[k].pairs) for k, _ in tree.steps)
+    inside = len(graph.inside(tree))
     by_rank = [mobility_at(graph, c) for c in (at, *nearby)]
     blamed: list[str] = []
     cured = min(by_rank)
@@ -124,9 +125,7 @@ def _loop(graph: Graph, at: Configuration, cut: int) -> Loop:
     signs = loop_signs(graph, graph.tree())[cut]
     inside = sorted({graph.coordinates[k].joint for k in np.flatnonzero(signs)} | {cut})
     numbers = [k for j in inside for k in graph.joints[j].coordinates]
-    scale = np.array([1.0] * 3 + [1.0 / graph.length] * 3)[:, None]
-    screws = scale * at.screws[:, numbers] * coordinate_scales(graph)[numbers]
-    rank = 1 if graph.joints[cut].kind == "rod" else int(np.linalg.matrix_rank(screws, tol=1e-7))
+    rank = 1 if graph.joints[cut].kind == "rod" else loop_rank(graph, at, numbers)
     return Loop(tuple(graph.joints[j].name for j in inside), rank)
 
 

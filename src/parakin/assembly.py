@@ -50,19 +50,17 @@ class Configuration:
 def circuits_at(graph: Graph, tree: Tree, q: Sequence[float] | FloatArray) -> Circuits:
     """The recursion with numbers for the tree's coordinates, or rows of many: (coordinates, n)."""
     circuits = Circuits(graph, tree)
-    for k, _ in tree.steps:
-        for number in graph.joints[k].coordinates:
-            if np.ndim(q[number]):
-                at = q[number]
-                angle = graph.coordinates[number].angle
-                circuits.turns[number] = turn(at, ARRAYS) if angle else slide(at)
-            else:
-                circuits.turns[number] = as_turn(graph, number, float(q[number]))
+    circuits.turns |= {k: as_turn(graph, k, q[k]) for k in graph.inside(tree)}
     return circuits
 
 
-def as_turn(graph: Graph, coordinate: int, value: float) -> Turn:
-    return turn(value, FLOATS) if graph.coordinates[coordinate].angle else slide(value)
+def as_turn(graph: Graph, coordinate: int, value: Scalar) -> Turn:
+    """A coordinate as the recursion needs it, from a number or an array of them."""
+    if np.ndim(value) == 0:
+        value = float(value)  # a plain number, so that literal zeros are known for what they are
+    if not graph.coordinates[coordinate].angle:
+        return slide(value)
+    return turn(value, ARRAYS if np.ndim(value) else FLOATS)
 
 
 def configure(graph: Graph, tree: Tree, q: FloatArray) -> Configuration:
@@ -83,7 +81,7 @@ def configure(graph: Graph, tree: Tree, q: FloatArray) -> Configuration:
     screws = np.zeros((6, len(q)))
     points = np.zeros((len(q), 3))
     for joint in graph.joints:
-        turns = {k: as_turn(graph, k, float(q[k])) for k in joint.coordinates}
+        turns = {k: as_turn(graph, k, q[k]) for k in joint.coordinates}
         _, axes = step_pose(circuits.pose(joint.parent), joint, False, turns)
         for k, axis in axes.items():
             points[k] = axis.point
@@ -110,6 +108,13 @@ def loop_signs(graph: Graph, tree: Tree) -> dict[int, FloatArray]:
             row[k] = side * onward[k]
         signs[cut] = row
     return signs
+
+
+def loop_rank(graph: Graph, at: Configuration, numbers: Sequence[int]) -> int:
+    """How many of a loop's screws, those of these coordinates, are independent."""
+    screws = at.screws[:, list(numbers)] * coordinate_scales(graph)[list(numbers)]
+    screws[3:] /= graph.length
+    return int(np.linalg.matrix_rank(screws, tol=1e-7))
 
 
 def axis_of(pose: Pose, axis: int) -> FloatArray:
@@ -144,7 +149,7 @@ def closure_system(
     graph: Graph, tree: Tree, at: Configuration, signs: Mapping[int, FloatArray]
 ) -> tuple[FloatArray, FloatArray, list[Row]]:
     """All canonical rows, scaled to one by the characteristic length: gaps, Jacobian, rows."""
-    rows = [r for cut in tree.cuts for r in closure.canonical_rows(graph.joints[cut], cut)]
+    rows = closure.all_rows(graph, tree)
     gaps = np.zeros(len(rows))
     jacobian = np.zeros((len(rows), len(graph.coordinates)))
     for i, row in enumerate(rows):
@@ -181,7 +186,7 @@ def _closed(
 ) -> tuple[Configuration, float]:
     signs = loop_signs(graph, tree)
     scales = coordinate_scales(graph)
-    free = [n for k, _ in tree.steps for n in graph.joints[k].coordinates if n not in set(held)]
+    free = [n for n in graph.inside(tree) if n not in set(held)]
     at = configure(graph, tree, start)
     gaps, jacobian, _ = closure_system(graph, tree, at, signs)
     best, damping = float(np.linalg.norm(gaps)), 0.0
@@ -228,7 +233,7 @@ def home_of(graph: Graph, tree: Tree) -> Configuration:
     for values in (graph.guess, graph.stated, graph.home):
         for k, value in values.items():
             start[k] = value
-    in_tree = {n for k, _ in tree.steps for n in graph.joints[k].coordinates}
+    in_tree = set(graph.inside(tree))
     held = [k for k in graph.home if k in in_tree]
     at, norm = min(
         (close(graph, tree, begin, held) for begin in _starts(graph, start)),
@@ -358,7 +363,7 @@ def freedoms(
     signs = loop_signs(graph, tree)
     scales = coordinate_scales(graph)
     _, jacobian, _ = closure_system(graph, tree, at, signs)
-    inside = [n for k, _ in tree.steps for n in graph.joints[k].coordinates]
+    inside = graph.inside(tree)
     J = jacobian[:, inside] * scales[inside]
     _, sizes, right = np.linalg.svd(J, full_matrices=True) if J.size else (None, np.zeros(0), None)
     if rank is None:

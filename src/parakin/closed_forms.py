@@ -14,6 +14,7 @@ from parakin.assembly import (
     configure,
     coordinate_scales,
     functional,
+    loop_rank,
 )
 from parakin.closure import Row
 from parakin.errors import DrivenError
@@ -198,15 +199,9 @@ def _paradoxical(
     graph: Graph, tree: Tree, on_loop: Sequence[int], cut: int, home: Configuration
 ) -> bool:
     numbers = [*on_loop, *graph.joints[cut].coordinates]
-    thrown = home.q + np.random.default_rng(3).uniform(0.3, 0.7, len(home.q)) * coordinate_scales(
-        graph
-    )
-    ranks = []
-    for at in (home, configure(graph, tree, thrown)):
-        screws = at.screws[:, numbers] * coordinate_scales(graph)[numbers]
-        screws[3:] /= graph.length
-        ranks.append(int(np.linalg.matrix_rank(screws, tol=1e-7)))
-    return ranks[1] > ranks[0]
+    throw = np.random.default_rng(3).uniform(0.3, 0.7, len(home.q)) * coordinate_scales(graph)
+    opened = configure(graph, tree, home.q + throw)
+    return loop_rank(graph, opened, numbers) > loop_rank(graph, home, numbers)
 
 
 def signed(

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
-from parakin.graph import Graph, GraphJoint
+from parakin.graph import Graph, GraphJoint, Tree
 from parakin.recursion import (
     Circuits,
     Pose,
@@ -76,6 +76,11 @@ _CANONICAL: dict[str, tuple[tuple[str, int, int], ...]] = {
 def canonical_rows(joint: GraphJoint, cut: int) -> list[Row]:
     """All rows of a cut joint: six less its freedom."""
     return [Row(cut, kind, a, b) for kind, a, b in _CANONICAL[joint.kind]]  # type: ignore[arg-type]
+
+
+def all_rows(graph: Graph, tree: Tree) -> list[Row]:
+    """The canonical rows of all joints that a tree leaves out."""
+    return [row for cut in tree.cuts for row in canonical_rows(graph.joints[cut], cut)]
 
 
 def per_length(graph: Graph, row: Row) -> float:

@@ -103,7 +103,7 @@ def _chosen(graph: Graph, coordinates: Sequence[str] | str | None) -> list[int |
     if isinstance(coordinates, str) and coordinates != "all":
         coordinates = [coordinates]
     if coordinates is None:
-        inside = [n for k, _ in graph.tree().steps for n in graph.joints[k].coordinates]
+        inside = graph.inside(graph.tree())
         if graph.platform is not None:
             inside += graph.joints[graph.platform].coordinates
         return sorted(set(inside))

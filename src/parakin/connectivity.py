@@ -93,7 +93,7 @@ def firmness(plan: Plan, circuits: Circuits, functions: Functions) -> Scalar:
     drift spans a volume: zero where a spared coordinate could move as well. Its square is given.
     """
     systems = [System.of(circuits, block) for block in plan.blocks]
-    rows = [r for c in plan.tree.cuts for r in closure.canonical_rows(plan.graph.joints[c], c)]
+    rows = closure.all_rows(plan.graph, plan.tree)
     unknowns = [k for block in plan.blocks for k in block.unknowns]
     rest = dict.fromkeys([*plan.affine, *unknowns], 0.0)
     columns: list[list[Scalar]] = []

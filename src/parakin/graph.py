@@ -137,6 +137,10 @@ class Graph:
             nearest(name, (coordinate.name for coordinate in self.coordinates)),
         )
 
+    def inside(self, tree: Tree) -> list[int]:
+        """The coordinates of a tree's joints, from the base outwards."""
+        return [n for k, _ in tree.steps for n in self.joints[k].coordinates]
+
     def limits(self, name: str) -> tuple[float, float]:
         """Of a coordinate or a cone angle, infinite where none are given. Raises InputError."""
         if name in self.cones:

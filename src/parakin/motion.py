@@ -42,6 +42,10 @@ class Samples(NamedTuple):
         known = (self.position, self.velocity, self.acceleration)
         return known if self.jerk is None else (*known, self.jerk)
 
+    def cropped(self, start: int, stop: int) -> Samples:
+        """Those from `start` to before `stop`, as views."""
+        return Samples(self.time[start:stop], *(order[:, start:stop] for order in self.orders))
+
 
 @dataclass(frozen=True)
 class Motion:

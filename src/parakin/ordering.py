@@ -107,8 +107,7 @@ def plan_of(
     signs = loop_signs(graph, tree)
     blocks = paradoxes_whole(graph, tree, signs, blocks, here)
     blocks = [signed(graph, signs, block, here) for block in blocks]
-    inside = {n for k, _ in tree.steps for n in graph.joints[k].coordinates}
-    spared = sorted(inside & (affine.keys() - given))
+    spared = sorted(set(graph.inside(tree)) & (affine.keys() - given))
     return Plan(
         graph, tree, tuple(driven), home.q, affine, tuple(blocks), tuple(idle), tuple(spared)
     )
@@ -293,7 +292,7 @@ def _analysed(
     signs = loop_signs(graph, tree)
     scales = coordinate_scales(graph)
     known = set(driven) | set(affine)
-    unknowns = [n for k, _ in tree.steps for n in graph.joints[k].coordinates if n not in known]
+    unknowns = [n for n in graph.inside(tree) if n not in known]
     if not unknowns:
         return tree, [], {}
     rows: list[Row] = []
@@ -352,7 +351,7 @@ def _lasting(
         for j, k in enumerate(unknowns):
             if k not in loop or all(pattern[i, j] for i in numbers):
                 continue
-            moved = base.varied({k: as_turn(graph, k, float(q[k]) + 0.4)})
+            moved = base.varied({k: as_turn(graph, k, q[k] + 0.4)})
             there = closure.ends(moved, cut)
             for i, old in zip(numbers, before, strict=True):
                 if not pattern[i, j]:

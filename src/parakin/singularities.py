@@ -251,8 +251,7 @@ def _figures(rates: FloatArray, sets: _Sets) -> tuple[FloatArray, FloatArray, Fl
 def _whole(plan: Plan, q: FloatArray) -> FloatArray:
     """Singular values of all closure rows by all coordinates of the tree, (n, values)."""
     graph, tree = plan.graph, plan.tree
-    inside = [n for k, _ in tree.steps for n in graph.joints[k].coordinates]
-    rows = [row for cut in tree.cuts for row in closure.canonical_rows(graph.joints[cut], cut)]
+    inside, rows = graph.inside(tree), closure.all_rows(graph, tree)
     if not rows:
         return np.ones((q.shape[1], 1))
     slopes = jacobian(circuits_at(graph, tree, q), Block(tuple(inside), tuple(rows)))

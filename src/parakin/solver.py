@@ -39,7 +39,6 @@ from parakin.tracking import (
     StatusArray,
     Tracker,
     classify,
-    cropped,
     iterate,
     solve_all,
     unwrap,
@@ -349,7 +348,7 @@ class Solver:
             out, status, ending, lost = self._window(
                 samples, inner, tracker, ending, lost, parallel
             )
-            samples = cropped(samples, inner.start, inner.stop)
+            samples = samples.cropped(inner.start, inner.stop)
             figures = None
             if points:
                 found = out[self._layout.found[0]]

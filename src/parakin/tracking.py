@@ -89,11 +89,6 @@ def classify(out: FloatArray, layout: Layout) -> StatusArray:
     return status
 
 
-def cropped(samples: Samples, start: int, stop: int) -> Samples:
-    """Samples from `start` to before `stop`, views of them."""
-    return Samples(samples.time[start:stop], *(order[:, start:stop] for order in samples.orders))
-
-
 class Ending(NamedTuple):
     """The end of a window: time, angles as solved, their rates, and the full turns added."""
 
