@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from catalogue_forms import FORMS
+from replays import replayed
 
 import parakin
 from parakin.analysis import mobility
 from parakin.assembly import assembled
 from parakin.graph import graph_of
-from parakin.motion import Samples
 from parakin.tracking import Status
 
 if TYPE_CHECKING:
@@ -77,24 +76,6 @@ def deviations(
             difference = difference - 2 * np.pi * np.round(difference / (2 * np.pi))
         found[name] = float(np.abs(difference).max())
     return found
-
-
-def replayed(inverse: xr.Dataset, names: Sequence[str]) -> parakin.Motion:
-    """What some coordinates of a result did, as a motion that drives them."""
-    drives = inverse.sel(coordinate=list(names))
-    return parakin.Motion(
-        "replayed",
-        tuple(names),
-        inverse.sizes["time"],
-        lambda a, b: Samples(
-            inverse.time.values[a:b],
-            *(
-                np.ascontiguousarray(drives[q].values.T[:, a:b])
-                for q in ("position", "velocity", "acceleration")
-            ),
-        ),
-        "given",
-    )
 
 
 def without_cones(result: xr.Dataset) -> list[str]:

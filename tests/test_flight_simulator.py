@@ -7,12 +7,13 @@ from collections.abc import Callable
 import closed_form
 import numpy as np
 import pytest
+from replays import replayed
 
 import parakin
 from parakin.analysis import mobility
 from parakin.assembly import assembled
 from parakin.graph import graph_of
-from parakin.motion import Samples, from_laws, polynomial345
+from parakin.motion import from_laws, polynomial345
 from parakin.tracking import Status
 
 UNKNOWNS = "A1 A2 A3 B1.1 B1.2 B3 C1.1 C1.2 C3 D1 E1 E2P".split()
@@ -135,21 +136,7 @@ def test_corrected_equation_11_holds_and_the_printed_one_does_not(compiled: Comp
 
 def test_sliders_found_from_the_platform_give_the_platform_back(compiled: Compiled) -> None:
     inverse = compiled().solve("general")
-    drives = inverse.sel(coordinate=["A2", "B3", "C3"])
-    motion = parakin.Motion(
-        "recorded",
-        ("A2", "B3", "C3"),
-        inverse.sizes["time"],
-        lambda a, b: Samples(
-            inverse.time.values[a:b],
-            *(
-                np.ascontiguousarray(drives[q].values.T[:, a:b])
-                for q in ("position", "velocity", "acceleration")
-            ),
-        ),
-        "given",
-    )
-    forward = compiled("A2", "B3", "C3").solve(motion)
+    forward = compiled("A2", "B3", "C3").solve(replayed(inverse, ["A2", "B3", "C3"]))
     assert (forward.status == Status.CONVERGED).all()
     for quantity, bound in (("position", 1e-13), ("velocity", 1e-13), ("acceleration", 1e-12)):
         joints = [n for n in forward.coordinate.values if not n.endswith(".cone")]

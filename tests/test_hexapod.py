@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from replays import replayed
 from scipy.spatial.transform import Rotation
 
 import parakin
 from parakin import Status
 from parakin.machine import has_machine_code
-from parakin.recorded import from_arrays
 
 LEGS = [f"P{i}" for i in range(1, 7)]
 COUNT = 50_000 if has_machine_code() else 2_000
@@ -140,14 +140,10 @@ def test_a_loop_of_joints_that_are_all_driven_opens_within_one_of_them() -> None
     driven = ["platform.x", "U1.1", "P1", "S1.1", "P2", "P3"]
     inverse = parakin.compile("gough-stewart", coordinates="all", machine_code=False)
     result = inverse.solve(inverse.motion("tour", rate=50))
-    orders = [
-        result[q].sel(coordinate=driven).values.T for q in ("position", "velocity", "acceleration")
-    ]
     names = [c.name for c in inverse.graph.coordinates]
     mixed = parakin.compile("gough-stewart", driven, coordinates="all", machine_code=False)
     assert set(names) <= set(mixed.coordinates)
-    motion = from_arrays("mixed", driven, result.time.values, *orders)
-    again = parakin.require_solved(mixed.solve(motion, bodies=True))
+    again = parakin.require_solved(mixed.solve(replayed(result, driven), bodies=True))
     assert again.body.values.tolist() == [
         b.name for b in inverse.mechanism.bodies if b.name != "base"
     ]

@@ -9,13 +9,13 @@ import numpy as np
 import xarray as xr
 from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
+from replays import replayed
 from scipy.spatial.transform import Rotation
 
 import parakin
 from parakin.expressions import Parameters
 from parakin.graph import Placement, graph_of, placement
 from parakin.mechanism import Frame, Joint, Mechanism
-from parakin.motion import Motion, Samples
 
 PAPER = parakin.load("flight-simulator")
 LENGTHS = [name for name in PAPER.parameters if not name.endswith("_star")]
@@ -31,25 +31,7 @@ def reference(*driven: str) -> tuple[parakin.Solver, xr.Dataset]:
     solver = parakin.compile(PAPER, driven or None, coordinates="all")
     if not driven:
         return solver, solver.solve(solver.motion("general", rate=40))
-    return solver, solver.solve(recorded(driven))
-
-
-def recorded(driven: tuple[str, ...]) -> Motion:
-    """The general motion as these coordinates see it."""
-    result = reference()[1].sel(coordinate=list(driven))
-    rows = [
-        np.ascontiguousarray(result[q].values.T) for q in ("position", "velocity", "acceleration")
-    ]
-    samples = Samples(result.time.values, *rows)
-    return Motion(
-        "recorded", driven, len(samples.time), lambda a, b: cropped(samples, a, b), "given"
-    )
-
-
-def cropped(samples: Samples, a: int, b: int) -> Samples:
-    return Samples(
-        samples.time[a:b], *(np.ascontiguousarray(rows[:, a:b]) for rows in samples.orders)
-    )
+    return solver, solver.solve(replayed(reference()[1], driven))
 
 
 def assert_same(ours: xr.Dataset, theirs: xr.Dataset, names: list[str], bound: float) -> None:
@@ -152,7 +134,7 @@ def test_turning_and_moving_the_whole_mechanism_changes_nothing_relative(
         }
     )
     result = parakin.compile(elsewhere, coordinates="all", machine_code=False).solve(
-        recorded(drives)
+        replayed(reference()[1], drives)
     )
     joints = [n for n in theirs.coordinate.values.tolist() if not n.startswith("platform")]
     assert_same(result, theirs, joints, 1e-10)

@@ -15,11 +15,12 @@ from closed_form import MP, Jet, jet
 from hypothesis import HealthCheck, Phase, event, given, settings
 from jets import jet_functions
 from random_mechanisms import Example, closed_by, examples
+from replays import replayed
 
 import parakin
 from parakin.kernel import Outputs, newton_unknowns, trace
 from parakin.machine import has_machine_code
-from parakin.motion import Motion, Samples, from_laws, polynomial345
+from parakin.motion import from_laws, polynomial345
 
 REASONS = (
     r"driven .*(depend on one another|cannot move|not determined|the mobility is)",
@@ -72,21 +73,6 @@ def moved(example: Example, solver: parakin.Solver) -> xr.Dataset:
     return solver.solve(from_laws("random", laws, 1.0, SAMPLES - 1.0))
 
 
-def recorded(result: xr.Dataset, driven: tuple[str, ...], good: np.ndarray) -> Motion:
-    """The motion as these coordinates see it."""
-    rows = [
-        np.array([numbers(result, q)[n][good] for n in driven])
-        for q in ("position", "velocity", "acceleration", "jerk")
-    ]
-    samples = Samples(result.time.values[good], *rows)
-
-    def window(start: int, stop: int) -> Samples:
-        cut = (np.ascontiguousarray(row[:, start:stop]) for row in rows)
-        return Samples(samples.time[start:stop], *cut)
-
-    return Motion("recorded", driven, int(good.sum()), window, "given")
-
-
 def check_samples(example: Example, solver: parakin.Solver, result: xr.Dataset) -> np.ndarray:
     good = np.asarray(result.status.values == 0)
     assert good[0]  # home itself
@@ -132,7 +118,7 @@ def check_inverse(example: Example, result: xr.Dataset, good: np.ndarray, *, cod
     other = compiled(example, example.other, code=code)
     if other is None:
         return
-    again = other.solve(recorded(result, example.other, good))
+    again = other.solve(replayed(result.isel(time=good), example.other))
     # The two lose what digits their conditioning takes.
     fine = (again.status.values == 0) & (again.conditioning.values > 1e-3)
     fine &= result.conditioning.values[good] > 1e-3

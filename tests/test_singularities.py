@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from replays import replayed
 from scipy.optimize import brentq
 
 import parakin
 from parakin.cli import main
-from parakin.motion import Law, constant, from_laws, polynomial345
+from parakin.motion import Law, Motion, constant, from_laws, polynomial345
 from parakin.recorded import from_arrays
 
 
 def time_of(law: Law, value: float, low: float, high: float) -> float:
     return float(brentq(lambda t: float(law(np.array([t]))[0][0]) - value, low, high, xtol=1e-15))
+
+
+def moving(solver: parakin.Solver, name: str, law: Law, rate: float) -> Motion:
+    """A second in which one driven coordinate moves and the others rest at home."""
+    laws = {n: constant(solver.home[n]) for n in solver.driven} | {name: law}
+    return from_laws("moving", laws, 1.0, rate)
 
 
 @pytest.mark.parametrize("rate", [60.0, 1000.0])
@@ -106,8 +113,7 @@ def test_an_octahedral_hexapod_turned_a_quarter_meets_fichters_singularity() -> 
     """
     solver = parakin.compile("gough-stewart", machine_code=False)
     turning = polynomial345(0.0, 2.0, 1.0)
-    laws = {n: constant(solver.home[n]) for n in solver.driven} | {"platform.yaw": turning}
-    motion = from_laws("turn", laws, 1.0, 200.0)
+    motion = moving(solver, "platform.yaw", turning, 200.0)
     near = solver.singularities(solver.solve(motion), motion)
     (crossing,) = near.crossings
     assert crossing.kind == "type 2"
@@ -139,8 +145,7 @@ def test_a_3_upu_loses_a_constraint_where_its_three_moments_are_in_a_plane() -> 
     solver = parakin.compile("3-upu", machine_code=False)
     height = solver.home["platform.z"]
     down = polynomial345(height, -1.5 * height, 1.0)
-    laws = {n: constant(solver.home[n]) for n in solver.driven} | {"platform.z": down}
-    motion = from_laws("down", laws, 1.0, 500.0)
+    motion = moving(solver, "platform.z", down, 500.0)
     near = solver.singularities(solver.solve(motion), motion)
     assert float(np.nanmin(near.whole)) < 0.02 * float(np.nanmax(near.whole))
     assert {c.kind for c in near.crossings} == {"constraint"}
@@ -168,8 +173,7 @@ def test_undefined_angles_of_the_platform_are_no_singularity_of_the_mechanism() 
     """
     solver = parakin.compile("gough-stewart", machine_code=False)
     pitching = polynomial345(0.0, 1.75, 1.0)
-    laws = {n: constant(solver.home[n]) for n in solver.driven} | {"platform.pitch": pitching}
-    motion = from_laws("pitch", laws, 1.0, 201.0)
+    motion = moving(solver, "platform.pitch", pitching, 201.0)
     result = parakin.require_solved(solver.solve(motion))
     near = solver.singularities(result, motion)
     assert near.crossings == ()
@@ -182,10 +186,8 @@ def test_undefined_angles_of_the_platform_are_no_singularity_of_the_mechanism() 
     assert near.type2[i] > 0.1
     # Driven by its legs it does stop there, since the pose is told by those angles; and says so.
     legs = [f"P{k}" for k in range(1, 7)]
-    rows = [result[q].sel(coordinate=legs).values.T for q in ("position", "velocity")]
-    rows.append(result["acceleration"].sel(coordinate=legs).values.T)
     forward = parakin.compile("gough-stewart", legs, machine_code=False)
-    again = from_arrays("legs", legs, result.time.values, *rows)
+    again = replayed(result, legs)
     stopped = forward.solve(again)
     (ending,) = forward.singularities(stopped, again).crossings
     assert ending.kind == "angles"
@@ -197,8 +199,7 @@ def test_several_freedoms_are_counted() -> None:
     solver = parakin.compile("3-rps", machine_code=False)
     height = solver.home["platform.z"]
     down = polynomial345(height, -1.3 * height, 1.0)
-    laws = {n: constant(solver.home[n]) for n in solver.driven} | {"platform.z": down}
-    motion = from_laws("down", laws, 1.0, 400.0)
+    motion = moving(solver, "platform.z", down, 400.0)
     near = solver.singularities(solver.solve(motion), motion)
     (crossing,) = near.crossings
     assert crossing.kind == "type 2"
