@@ -48,14 +48,39 @@ def _catalogue_folder() -> Any:
     return resources.files("parakin") / "catalog"
 
 
-def load(mechanism: str | Path, parameters: Mapping[str, Value] | None = None) -> Mechanism:
-    """A mechanism of the catalogue by name, or from a TOML file by path.
+def load(
+    mechanism: str | Path,
+    parameters: Mapping[str, Value] | None = None,
+    loops: str | Path | None = None,
+) -> Mechanism:
+    """A mechanism of the catalogue by name, or from a file by path: TOML, MJCF (.xml) or URDF.
 
-    parameters: overrides by name. Raises InputError with file, place, found and expected.
+    parameters: overrides by name. loops: the YAML file that tells the loops of a URDF. No other
+    file is read than these. Raises InputError with file, place, found and expected.
     """
-    table, origin = _tables(mechanism)
-    made = mechanism_from_table(table, origin)
+    suffix = Path(mechanism).suffix.lower()
+    if suffix in (".xml", ".urdf") and not (isinstance(mechanism, str) and _is_name(mechanism)):
+        made = _from_xml(Path(mechanism), None if loops is None else Path(loops))
+    elif loops is not None:
+        raise InputError(str(mechanism), "a file of loops beside it", "a URDF, if loops are apart")
+    else:
+        table, origin = _tables(mechanism)
+        made = mechanism_from_table(table, origin)
     return made.with_parameters(parameters) if parameters else made
+
+
+def _from_xml(path: Path, loops: Path | None) -> Mechanism:
+    """A mechanism from MJCF or URDF, told apart by what the file says it is."""
+    from parakin.foreign import xml_root
+
+    root = xml_root(read_text(path), str(path))
+    if root.tag == "mujoco":
+        from parakin.mjcf_reader import mechanism_from_mjcf
+
+        if loops is not None:
+            raise InputError(str(path), "a file of loops beside it", "a URDF, if loops are apart")
+        return mechanism_from_mjcf(root, str(path))
+    raise InputError(str(path), f"<{root.tag}>", "<mujoco> or <robot>, that is MJCF or URDF")
 
 
 def expanded(mechanism: str | Path, parameters: Mapping[str, Value] | None = None) -> str:
