@@ -21,16 +21,18 @@ if TYPE_CHECKING:
     import xarray as xr
     from rich.console import Console
 
+    from parakin.mechanism import Mechanism
     from parakin.report import Extremes
 
 _WINDOW = 100_000
-_COMMANDS = ("list", "check", "modes", "solve")
+_COMMANDS = ("list", "check", "modes", "solve", "export")
 _PATIENCE = 1.0  # seconds before there is a progress bar
 _WIDE = 1000  # columns; rows of numbers are never folded
 _EPILOG = """examples:
   parakin solve flight-simulator general -o general.csv --plot general.png
   parakin check flight-simulator --set l3=1.35
   parakin solve my-machine.toml recorded.csv -o -
+  parakin export flight-simulator model.xml
 
 exit codes: 0 done, 1 some samples are flagged, 2 bad input"""
 
@@ -107,11 +109,29 @@ def parser() -> argparse.ArgumentParser:
     solve.add_argument(
         "--max-gap", metavar="S", type=_number, help="longest step allowed in recorded data"
     )
+
+    export = commands.add_parser("export", help="write a mechanism for other programs")
+    _add_mechanism(export)
+    export.add_argument(
+        "output",
+        metavar="FILE",
+        type=Path,
+        help="model.xml (MuJoCo), model.urdf (with model.loops.yaml) or kernel.c (with kernel.h "
+        "and kernel_test.c)",
+    )
+    export.add_argument(
+        "--driven",
+        metavar="NAMES",
+        help="what the C code solves for, by commas; the file's own if left out",
+    )
     return top
 
 
 def _add_mechanism(command: argparse.ArgumentParser) -> None:
-    command.add_argument("mechanism", metavar="MECHANISM", help="a catalogue name or a TOML file")
+    command.add_argument(
+        "mechanism", metavar="MECHANISM", help="a catalogue name, or a TOML, MJCF or URDF file"
+    )
+    command.add_argument("--loops", metavar="FILE", help="YAML that tells the loops of a URDF")
     command.add_argument(
         "--set",
         metavar="NAME=VALUE",
@@ -146,6 +166,8 @@ def _command(options: argparse.Namespace) -> int:
         return _check(options)
     if options.command == "modes":
         return _modes(options)
+    if options.command == "export":
+        return _export(options)
     return _solve(options)
 
 
@@ -203,17 +225,35 @@ def _parameters(settings: Sequence[str], option: str = "--set") -> dict[str, str
     return found
 
 
+def _load(options: argparse.Namespace) -> Mechanism:
+    from parakin.files import load
+
+    return load(options.mechanism, _parameters(options.set), options.loops)
+
+
+def _export(options: argparse.Namespace) -> int:
+    from parakin.exports import check_export, export
+
+    for path in check_export(options.output):
+        _refuse_input(path, (options.mechanism, options.loops))
+    driven = options.driven.split(",") if options.driven else None
+    written = export(_load(options), options.output, driven)
+    with _stdout_told():
+        _console(width=_WIDE).print(f"wrote {', '.join(map(str, written))}", markup=False)
+    return 0
+
+
 def _check(options: argparse.Namespace) -> int:
     from parakin.analysis import mobility
     from parakin.assembly import assembled
-    from parakin.files import expanded, load, load_motion
+    from parakin.files import expanded, load_motion
     from parakin.graph import graph_of
     from parakin.report import mechanism_report
 
-    mechanism = load(options.mechanism, _parameters(options.set))
+    mechanism = _load(options)
     if options.expand:
         with _stdout_told():
-            sys.stdout.write(expanded(options.mechanism, _parameters(options.set)))
+            sys.stdout.write(expanded(options.mechanism, _parameters(options.set), options.loops))
         return 0
     graph = graph_of(mechanism)
     home = assembled(graph)
@@ -232,12 +272,11 @@ def _check(options: argparse.Namespace) -> int:
 def _modes(options: argparse.Namespace) -> int:
     from parakin.compiler import compile as compile_mechanism
     from parakin.expressions import Parameters
-    from parakin.files import load
     from parakin.report import modes_report
 
     if not 1 <= options.starts <= 10**6:
         raise InputError("--starts", str(options.starts), "1 to 1,000,000")
-    mechanism = load(options.mechanism, _parameters(options.set))
+    mechanism = _load(options)
     driven = options.driven.split(",") if options.driven else None
     solver = compile_mechanism(mechanism, driven, machine_code=False)
     evaluate = Parameters(mechanism.parameters, mechanism.where).evaluate
@@ -256,7 +295,7 @@ def _modes(options: argparse.Namespace) -> int:
 def _solve(options: argparse.Namespace) -> int:
     from parakin import plots, tables
     from parakin.compiler import compile as compile_mechanism
-    from parakin.files import check_writable, load
+    from parakin.files import check_writable
     from parakin.report import singularities_report, solve_report
 
     to_stdout = options.output == "-"
@@ -269,9 +308,9 @@ def _solve(options: argparse.Namespace) -> int:
         plots.check_figure(options.plot)
     for path in (output, options.plot):
         if path is not None:
-            _refuse_input(path, options)
+            _refuse_input(path, (options.mechanism, options.loops, options.motion))
             check_writable(path)
-    mechanism = load(options.mechanism, _parameters(options.set))
+    mechanism = _load(options)
     solver = compile_mechanism(
         mechanism,
         coordinates="all" if options.all else None,
@@ -315,9 +354,11 @@ def _solve(options: argparse.Namespace) -> int:
     return 1 if run.found.first_flag is not None else 0
 
 
-def _refuse_input(path: Path, options: argparse.Namespace) -> None:
-    for name in (options.mechanism, options.motion):
-        if os.path.exists(path) and os.path.exists(name) and os.path.samefile(path, name):
+def _refuse_input(path: Path, read: Sequence[str | None]) -> None:
+    for name in read:
+        if name is None or not os.path.exists(path) or not os.path.exists(name):
+            continue
+        if os.path.samefile(path, name):
             raise InputError(str(path), "a file that is read", "another one to write")
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 from parakin.errors import InputError, nearest
 from parakin.expressions import Parameters, Value
+from parakin.foreign import not_installed, xml_root
 from parakin.graph import Graph
 from parakin.limbs import spelt_out
 from parakin.mechanism import Body, Joint, Mechanism, Platform
@@ -58,8 +59,7 @@ def load(
     parameters: overrides by name. loops: the YAML file that tells the loops of a URDF. No other
     file is read than these. Raises InputError with file, place, found and expected.
     """
-    suffix = Path(mechanism).suffix.lower()
-    if suffix in (".xml", ".urdf") and not (isinstance(mechanism, str) and _is_name(mechanism)):
+    if _is_xml(mechanism):
         made = _from_xml(Path(mechanism), None if loops is None else Path(loops))
     elif loops is not None:
         raise InputError(str(mechanism), "a file of loops beside it", "a URDF, if loops are apart")
@@ -69,10 +69,20 @@ def load(
     return made.with_parameters(parameters) if parameters else made
 
 
+def _is_xml(mechanism: str | Path) -> bool:
+    return Path(mechanism).suffix.lower() in (".xml", ".urdf")
+
+
+def _as_table(mechanism: Mechanism) -> dict[str, Any]:
+    """A mechanism as the tables of its file."""
+    table = mechanism.model_dump(exclude_defaults=True, exclude={"origin"})
+    for key in ("bodies", "joints"):
+        table[key] = {entry.pop("name"): entry for entry in table[key]}
+    return table
+
+
 def _from_xml(path: Path, loops: Path | None) -> Mechanism:
     """A mechanism from MJCF or URDF, told apart by what the file says it is."""
-    from parakin.foreign import xml_root
-
     root = xml_root(read_text(path), str(path))
     if root.tag == "mujoco":
         from parakin.mjcf_reader import mechanism_from_mjcf
@@ -80,16 +90,28 @@ def _from_xml(path: Path, loops: Path | None) -> Mechanism:
         if loops is not None:
             raise InputError(str(path), "a file of loops beside it", "a URDF, if loops are apart")
         return mechanism_from_mjcf(root, str(path))
+    if root.tag == "robot":
+        from parakin.urdf_reader import mechanism_from_urdf
+
+        told = None if loops is None else parse_yaml(read_text(loops), str(loops))
+        return mechanism_from_urdf(root, str(path), told, str(loops))
     raise InputError(str(path), f"<{root.tag}>", "<mujoco> or <robot>, that is MJCF or URDF")
 
 
-def expanded(mechanism: str | Path, parameters: Mapping[str, Value] | None = None) -> str:
-    """A mechanism's file with variants, repeated limbs and overrides written out, as TOML.
+def expanded(
+    mechanism: str | Path,
+    parameters: Mapping[str, Value] | None = None,
+    loops: str | Path | None = None,
+) -> str:
+    """A mechanism's file with variants, repeated limbs and overrides written out, as TOML; the
+    TOML for a model in MJCF or URDF.
 
     Raises InputError.
     """
     import tomli_w
 
+    if _is_xml(mechanism):
+        return tomli_w.dumps(_as_table(load(mechanism, parameters, loops)))
     table, origin = _tables(mechanism)
     table = spelt_out(table, origin)
     if parameters:
@@ -185,6 +207,33 @@ def parse_toml(text: str, origin: str) -> dict[str, Any]:
         raise InputError(origin, f"a value that cannot be read: {error}", "TOML") from None
     if _depth(table) > _MAX_DEPTH:
         raise InputError(origin, *_TOO_DEEP)
+    return table
+
+
+def parse_yaml(text: str, origin: str) -> dict[str, Any]:
+    """YAML as nested tables, without references. Raises InputError with the line of an error."""
+    try:
+        import yaml
+    except ImportError:
+        raise not_installed(origin, "PyYAML") from None
+
+    try:
+        for event in yaml.parse(text, yaml.CSafeLoader):
+            if isinstance(event, yaml.AliasEvent):
+                raise InputError(origin, "a reference (*name)", "values written out")
+        table = yaml.load(text, yaml.CSafeLoader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark
+        line = "" if mark is None else f", line {mark.line + 1}"
+        raise InputError(f"{origin}{line}", f"a syntax error: {error.problem}", "YAML") from None
+    except yaml.YAMLError as error:
+        raise InputError(origin, f"a syntax error: {error}", "YAML") from None
+    except (RecursionError, ValueError, OverflowError, TypeError) as error:
+        raise InputError(origin, f"a value that cannot be read: {error}", "YAML") from None
+    if _depth(table) > _MAX_DEPTH:
+        raise InputError(origin, *_TOO_DEEP)
+    if not isinstance(table, dict):
+        raise InputError(origin, f"{table!r:.80}", "a table of loops")
     return table
 
 

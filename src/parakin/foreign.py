@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 MAX_JOINTS = 400
 _APART = 1e-6  # directions and places that differ by less are meant to be the same
 _LOCKED = 1e-12
+WORLD = "world"  # MuJoCo's name for what does not move
 HERE = Placement(IDENTITY, ZERO)
 
 
@@ -114,6 +115,14 @@ def vector(values: Iterable[float]) -> Vector:
     return (a, b, c)
 
 
+def unit_vector(values: Sequence[float], place: str) -> Vector:
+    """A direction at length one. Raises InputError on zero."""
+    size = math.hypot(*values)
+    if not size > _LOCKED:
+        raise InputError(place, f"the axis {list(values)}", "an axis that is not zero")
+    return vector(value / size for value in values)
+
+
 def about(axis: Vector) -> Matrix:
     """A frame whose z lies along a unit vector, x and y any two that fit."""
     k = min(range(3), key=lambda k: abs(axis[k]))
@@ -131,10 +140,10 @@ def about(axis: Vector) -> Matrix:
 
 def angles_of(R: Matrix) -> tuple[float, float, float]:
     """The angles about moving x, then y, then z that make R; the last is zero at gimbal lock."""
-    (a, b, c), (d, e, f), (_, _, g) = R
+    (a, b, c), (_, e, f), (_, h, g) = R
     size = math.hypot(a, b)
     if size < _LOCKED:
-        return math.atan2(R[2][1], e), math.atan2(c, size), 0.0
+        return math.atan2(h, e), math.atan2(c, size), 0.0
     return math.atan2(-f, g), math.atan2(c, size), math.atan2(-b, a)
 
 
@@ -158,9 +167,15 @@ def mechanism_of(
     if not joints:
         raise InputError(origin, "no joints that move", "a hinge, a slide or the like")
     known: dict[str, str] = {}
-    ends = {n for link in [*joints, *([platform] if platform else [])] for n in (link.parent, link.child)}
+    ends = {
+        n
+        for link in [*joints, *([platform] if platform else [])]
+        for n in (link.parent, link.child)
+    }
     inside = [n for n in (*bodies, *sorted(ends)) if n in ends]
-    body_names = {b: _fit(_called(b, base, bodies, owner), known) for b in dict.fromkeys([base, *inside])}
+    body_names = {
+        b: _fit(_called(b, base, bodies, owner), known) for b in dict.fromkeys([base, *inside])
+    }
     used: dict[str, str] = {}
     made: list[Joint] = []
     tables: dict[str, dict[str, Any]] = {"guess": {}, "limits": {}}
@@ -216,8 +231,8 @@ def mechanism_of(
 def _called(
     body: str, base: str, bodies: Sequence[str], owner: Mapping[str, tuple[str, Placement]]
 ) -> str:
-    """A body's name; the base has that of the first link that stands on it, if one does."""
-    if body == base:
+    """A body's name; the world's is that of the first body that stands on it, if one does."""
+    if body == base == WORLD:
         return next((b for b in bodies if b != base and owner[b][0] == base), base)
     return body
 
@@ -307,9 +322,7 @@ def _rigid(
             a, b, here, there = b, a, there, here
         joined[a] += joined[b]
         shift = then(here, inverse(there))
-        owner = {
-            n: (a, then(shift, at)) if of == b else (of, at) for n, (of, at) in owner.items()
-        }
+        owner = {n: (a, then(shift, at)) if of == b else (of, at) for n, (of, at) in owner.items()}
     found = []
     for link in moving:
         (a, at_a), (b, at_b) = owner[link.parent], owner[link.child]
@@ -419,7 +432,7 @@ def _whole(chain: Sequence[Link]) -> Link | None:
 
 
 def _differ(a: Vector, b: Vector) -> bool:
-    return max(abs(x) for x in minus(a, b)) > _APART
+    return bool(max(abs(x) for x in minus(a, b)) > _APART)
 
 
 def _square(axes: Mapping[int, Vector]) -> Matrix | None:

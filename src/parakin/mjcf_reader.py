@@ -16,10 +16,10 @@ from parakin.errors import InputError
 from parakin.foreign import (
     HERE,
     MAX_JOINTS,
+    WORLD,
     Link,
     about,
     angles_of,
-    inverse,
     mechanism_of,
     not_installed,
     numbers,
@@ -59,7 +59,6 @@ _ELSEWHERE = {
     "composite": "bodies written out one by one",
     "flexcomp": "rigid bodies",
 }
-_WORLD = "world"
 
 
 def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
@@ -71,7 +70,7 @@ def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
     from lxml import etree
 
     skeleton = _skeleton(root, origin)
-    bodies = [element for element in skeleton.iter("body", "joint", "freejoint")]
+    bodies = list(skeleton.iter("body", "joint", "freejoint"))
     if len(bodies) > 4 * MAX_JOINTS:
         raise InputError(origin, f"{len(bodies)} bodies and joints", f"at most {4 * MAX_JOINTS}")
     try:
@@ -87,7 +86,7 @@ def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
     loops = read.loops()
     names = [read.body(k) for k in range(model.nbody)]
     return mechanism_of(
-        root.get("model") or "model", _WORLD, names, links, loops, origin, "Read from MJCF."
+        root.get("model") or "model", WORLD, names, links, loops, origin, "Read from MJCF."
     )
 
 
@@ -294,4 +293,4 @@ def _hinge(a: Link, b: Link) -> Link | None:
         if length < 1e-9:
             return None
         frames.append(Placement(about(vector(along / length)), p))
-    return Link(a.name, "revolute", a.parent, a.child, *frames, values=(0.0,))
+    return Link(a.name, "revolute", a.parent, a.child, frames[0], frames[1])

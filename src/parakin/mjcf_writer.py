@@ -1,9 +1,10 @@
 """A mechanism as a MuJoCo model, built and compiled by MuJoCo's own MjSpec.
 
 Bodies hang from the base along a spanning tree that carries the platform by its pose; each
-coordinate is a hinge or a slide of its own, named as ours and counted from the joint's own zero. Loops close between
-two named sites: by `connect` at spherical joints and rods, by `weld` at all others, whose
-coordinates then belong to a small body of their own. The model's first pose is our home.
+coordinate is a hinge or a slide of its own, named as ours and counted from the joint's own zero.
+Loops close between two named sites: by `connect` at spherical joints and rods, by `weld` at all
+others, whose coordinates then belong to a small body of their own. The model's first pose is our
+home. (Base and platform are bodies like others, since Pinocchio reads one body in the world.)
 """
 
 from __future__ import annotations
@@ -194,7 +195,7 @@ class _Model:
         for p, actuated in ends.items():
             self._ball(name, p, _ORANGE if actuated else colour, 2.0 if actuated else 1.3)
         for p in list(ends)[len(ends) == 2 :]:
-            self._capsule(name, list(ends)[0] if len(ends) == 2 else middle, p, colour)
+            self._capsule(name, next(iter(ends)) if len(ends) == 2 else middle, p, colour)
         if not ends:
             self._ball(name, ZERO, colour)
 
@@ -241,9 +242,7 @@ class _Model:
             )
             servo.set_to_position(kp=_SERVO**2 * inertia, kv=2 * _SERVO * inertia)
         qpos = self.spec.compile().qpos0
-        self.spec.add_key(
-            name="home", qpos=qpos, ctrl=[self.spec.joint(c.name).ref for c in moved]
-        )
+        self.spec.add_key(name="home", qpos=qpos, ctrl=[self.spec.joint(c.name).ref for c in moved])
         self.spec.compile()
         return _in_full(self.spec)
 
@@ -254,20 +253,26 @@ def _in_full(spec: Any) -> str:
 
     root = xml_root(spec.to_xml(), "MJCF")
     found = {"body": spec.body, "joint": spec.joint, "site": spec.site}
-    keys = {"body": ("pos", "quat"), "joint": ("pos", "axis", "ref", "range"), "site": ("pos", "quat")}
-    for element in root.find("worldbody").iter(*found):
-        item = found[element.tag](element.get("name"))
-        for key in keys[element.tag]:
+    keys = {
+        "body": ("pos", "quat"),
+        "joint": ("pos", "axis", "ref", "range"),
+        "site": ("pos", "quat"),
+    }
+    for element in root.iter("body", "joint", "site"):
+        if element.get("joint1") is not None:  # no joint but a coupling of two
+            continue
+        item = found[str(element.tag)](element.get("name"))
+        for key in keys[str(element.tag)]:
             if key != "range" or element.get(key) is not None:
                 element.set(key, _numbers(getattr(item, key)))
     for element, item in zip(root.iterfind("equality/*"), spec.equalities, strict=True):
         if element.get("polycoef") is not None:
             element.set("polycoef", _numbers(item.data[:5]))
-    (key,) = root.iterfind("keyframe/key")
+    (home,) = root.iterfind("keyframe/key")
     for name in ("qpos", "ctrl"):
         values = getattr(spec.keys[0], name)
         if len(values):
-            key.set(name, _numbers(values))
+            home.set(name, _numbers(values))
     etree.indent(root)
     return etree.tostring(root, encoding="unicode") + "\n"
 

@@ -52,6 +52,8 @@ def mechanism_report(graph: Graph, home: FloatArray, found: Mobility) -> Rendera
     lines = [Text(f"{mechanism.name}: {mechanism.title or 'a mechanism'}", style="bold")]
     if mechanism.source:
         lines.append(Text(f"source: {mechanism.source}"))
+    if mechanism.notes:
+        lines.append(Text(mechanism.notes.strip()))
     return Group(
         *lines,
         Text(),

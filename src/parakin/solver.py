@@ -93,7 +93,7 @@ class Solver:
         self.derivatives = outputs.derivatives
         self.home: Mapping[str, float] = home_values(graph, plan)
         self._outputs = outputs
-        self._layout = _layout(plan, outputs)
+        self.layout = _layout(plan, outputs)
         self._iterated = newton_unknowns(plan)
         self.iterated = tuple(self._name(c) for c in self._iterated)
         self._kernel = make_kernel(plan, outputs, machine_code=machine_code, steps=_STEPS)
@@ -151,10 +151,10 @@ class Solver:
             out, walked = self._iterate(inputs, guess)
         else:
             out = self._run(inputs, parallel=parallel)
-        n, checks = len(self.coordinates), self._layout.checks
+        n, checks = len(self.coordinates), self.layout.checks
         position = out[:n]
-        if guess is not None and len(self._layout.angles):
-            rows = self._layout.angles
+        if guess is not None and len(self.layout.angles):
+            rows = self.layout.angles
             drift = (guess[rows] - position[rows]) * (0.5 / np.pi)
             if np.abs(drift).max(initial=0.0) > 0.5:
                 position[rows] += 2 * np.pi * np.round(drift)
@@ -165,19 +165,19 @@ class Solver:
             return self._unchecked(position, velocity, acceleration, jerk)
         far = np.zeros(out.shape[1:], dtype=bool)
         if within is not None and guess is not None and self._iterated:
-            found = self._layout.found[0]
+            found = self.layout.found[0]
             far = ~(np.abs(out[found] - np.asarray(guess)[found]).max(axis=0) <= within)
         if out.ndim == 1:
             residual, conditioning = float(out[checks]), float(out[checks + 1])
-            good = residual <= self._layout.tolerance and conditioning >= SINGULAR
+            good = residual <= self.layout.tolerance and conditioning >= SINGULAR
             if good and not far and not walked:
                 return Tick(position, velocity, acceleration, 0, residual, conditioning, jerk)
-            verdict = int(classify(out[:, None], self._layout)[0]) or int(Status.BRANCH_CHANGE)
+            verdict = int(classify(out[:, None], self.layout)[0]) or int(Status.BRANCH_CHANGE)
             verdict = int(walked) or verdict
             out[:checks] = np.nan
             conditioning = float(out[checks + 1])
             return Tick(position, velocity, acceleration, verdict, residual, conditioning, jerk)
-        status = np.where(walked, walked, classify(out, self._layout)).astype(np.int8)
+        status = np.where(walked, walked, classify(out, self.layout)).astype(np.int8)
         status[(status == Status.CONVERGED) & far] = Status.BRANCH_CHANGE
         if status.any():
             out[:checks, status > 0] = np.nan
@@ -228,11 +228,11 @@ class Solver:
             steps, walked = walk(run, layout, self._home_state(), goal)
             start = steps[layout.found[0]]
         else:
-            start = np.asarray(guess, dtype=float)[self._layout.found[0]]
+            start = np.asarray(guess, dtype=float)[self.layout.found[0]]
             start = start[:, None] if start.ndim == 1 else start
             if start.shape[1] != columns.shape[1]:
                 start = np.broadcast_to(start, (len(start), columns.shape[1]))
-        out = iterate(self._run, self._layout, columns, start)
+        out = iterate(self._run, self.layout, columns, start)
         if inputs.ndim == 1:
             return out[:, 0], 0 if walked is None else int(walked[0])
         return out, 0 if walked is None else walked
@@ -331,7 +331,7 @@ class Solver:
             )
         motion = motion.reordered(self.driven)
         points = points_of(self.graph, bodies)
-        tracker = Tracker(self._run, self._layout, self._home_state())
+        tracker = Tracker(self._run, self.layout, self._home_state())
         ending: Ending | None = None
         last: xr.Dataset | None = None
         lost = False
@@ -351,9 +351,9 @@ class Solver:
             samples = samples.cropped(inner.start, inner.stop)
             figures = None
             if points:
-                found = out[self._layout.found[0]]
+                found = out[self.layout.found[0]]
                 figures = self._figures(points).at(samples, found, parallel)
-                figures[:, np.isnan(out[self._layout.checks])] = np.nan
+                figures[:, np.isnan(out[self.layout.checks])] = np.nan
             ds = dataset(self, motion, samples.time, out, status, list(points), figures, last)
             last = ds
             yield ds
@@ -375,16 +375,16 @@ class Solver:
             out, status = tracker.follow(samples)
         else:
             out, status = solve_all(
-                lambda inputs: self._run(inputs, parallel=parallel), samples, self._layout
+                lambda inputs: self._run(inputs, parallel=parallel), samples, self.layout
             )
             out, status = out[:, inner], status[inner]
         bad = status != Status.CONVERGED
         if bad.any():
             first = int(np.argmax(bad))
             status[first + 1 :] = Status.NOT_REACHED
-            out[: self._layout.checks + 2, first:] = np.nan
+            out[: self.layout.checks + 2, first:] = np.nan
             lost = True
-        ending = unwrap(out, self._layout, samples.time[inner], ending)
+        ending = unwrap(out, self.layout, samples.time[inner], ending)
         self._limit(out, status)
         return out, status, ending, lost
 
