@@ -131,7 +131,8 @@ class Model:
         return np.array(self.solver.GetSystemJacobian())[n:, :n]
 
     def jacobian(self, coordinates: Floats) -> Floats:
-        return self.all_rows(coordinates)[self.holding]
+        rows: Floats = self.all_rows(coordinates)[self.holding]
+        return rows
 
     def move(self, position: Floats, velocity: Floats, acceleration: Floats) -> None:
         """To where the driven coordinates are as said, with all rates."""
