@@ -9,14 +9,11 @@ samples written to a file.
 """
 
 import argparse
-import os
-import platform
 import resource
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -26,31 +23,10 @@ from rich.table import Table
 
 import parakin
 from benchmarks.baselines import COORDINATES, build_c_strokes, solve_motion_scipy
-from benchmarks.peers import mujoco_hexapod, pinocchio_hexapod
+from benchmarks.timing import best, machine, median
 from parakin.tables import write
 
 BATCH, MILLION = 1_000, 1_000_000
-
-
-def best(function: Callable[[], object], repeats: int = 15, calls: int = 20) -> float:
-    """Seconds a call, the best of several repeats."""
-    function()
-    found = np.inf
-    for _ in range(repeats):
-        start = time.perf_counter()
-        for _ in range(calls):
-            function()
-        found = min(found, (time.perf_counter() - start) / calls)
-    return float(found)
-
-
-def median(function: Callable[[], object], calls: int = 20_000) -> float:
-    times = np.empty(calls)
-    for i in range(calls):
-        start = time.perf_counter()
-        function()
-        times[i] = time.perf_counter() - start
-    return float(np.median(times))
 
 
 def fresh(*arguments: str) -> float:
@@ -81,15 +57,6 @@ def compile_time() -> float:
         for _ in range(3)
     ]
     return min(runs)
-
-
-def machine() -> str:
-    model = platform.processor()
-    cpuinfo = Path("/proc/cpuinfo")
-    if cpuinfo.exists():
-        lines = [s for s in cpuinfo.read_text().splitlines() if s.startswith("model name")]
-        model = lines[0].partition(":")[2].strip() if lines else model
-    return f"{model}, {os.cpu_count()} cores, Python {platform.python_version()}"
 
 
 class Report:
@@ -232,32 +199,6 @@ def hexapod(report: Report) -> None:
     forward.at(found)  # compiles what walks from home
     walked = best(lambda: forward.at(found)) / BATCH
     report.add("6-UPS, pose from lengths, no guess", f"{1e9 * walked:.0f} ns a pose")
-    compare_hexapod(report, y, found, start, seconds)
-
-
-def compare_hexapod(
-    report: Report, poses: np.ndarray, lengths: np.ndarray, guesses: np.ndarray, forward: float
-) -> None:
-    """The same hexapod on other engines, called from Python; `forward`: seconds a pose here."""
-    names = [name for i in range(1, 7) for name in (f"U{i}.1", f"U{i}.2", f"P{i}")]
-    joints = parakin.compile("gough-stewart", coordinates=names, derivatives=0)
-    inverse = best(lambda: joints.at(poses)) / BATCH
-    what = "6-UPS, its 18 leg coordinates from poses"
-    report.add(f"{what}, checked", f"{1e9 * inverse:.0f} ns a pose")
-    few = np.s_[:, ::10]
-    for engine, solve in (("MuJoCo", mujoco_hexapod), ("Pinocchio", pinocchio_hexapod)):
-        peer = solve(poses[few], lengths[few], guesses[few])
-        if peer is None:
-            report.add(f"6-UPS with {engine}", "not installed: pip install 'parakin[peers]'")
-            continue
-        assert peer.error < 1e-9
-        for task, theirs, ours in (
-            (what, peer.inverse_seconds, inverse),
-            ("6-UPS, pose from lengths", peer.forward_seconds, forward),
-        ):
-            label = f"{task}: Newton on {engine} {peer.version}"
-            ratio = f"{theirs / ours:,.0f} x parakin's"
-            report.add(label, f"{1e6 * theirs:.1f} µs a pose", "", ratio)
 
 
 def others(report: Report) -> None:
