@@ -26,6 +26,8 @@ FloatArray = NDArray[np.float64]
 
 _NOTHING = 1e-14  # a home value this small is round-off of zero; exact zeros make shorter code
 CLOSED = 1e-12  # of the characteristic length
+_SHAKES = (0.02, 0.1, *(0.3, 1.0, 3.0) * 16)  # of starts around a guess [rad]
+_TRIES = 3  # of these, as long as the loops do not close at all
 _RANK = 1e-8  # singular values below this part of the largest count as zero
 
 
@@ -238,19 +240,11 @@ def home_of(graph: Graph, tree: Tree) -> Configuration:
     at, norm = min(
         (close(graph, tree, begin, held) for begin in _starts(graph, start)),
         key=lambda found: (
-            found[1] > CLOSED or _opposed(tree, found[0]) is not None,
+            found[1] > CLOSED or bool(_opposed(tree, found[0])),
             _distance(graph, found[0].q, start),
         ),
     )
-    rng = np.random.default_rng(0)
-    for size in (0.02, 0.1, 0.3):  # a guess may be stationary, at right angles to what is wanted
-        if norm <= CLOSED and _opposed(tree, at) is None:
-            break
-        shake = size * rng.uniform(-1, 1, len(start)) * coordinate_scales(graph)
-        shake[held] = 0.0
-        other, there = close(graph, tree, start + shake, held)
-        if there < norm or (there <= CLOSED and _opposed(tree, other) is None):
-            at, norm = other, there
+    at, norm = _shaken(graph, tree, start, held, at, norm)
     missed = [
         (abs(at.q[k] - value), k)
         for k, value in graph.home.items()
@@ -272,12 +266,48 @@ def home_of(graph: Graph, tree: Tree) -> Configuration:
         )
     at.q[np.abs(at.q) < _NOTHING] = 0.0
     opposed = _opposed(tree, at)
-    if opposed is not None:
+    if opposed:
         raise AssemblyError(
-            f"{graph.mechanism.where}: joint {graph.joints[opposed].name} closes with its two axes "
+            f"{graph.mechanism.where}: joint {graph.joints[opposed[0]].name} closes with its axes "
             "opposed; turn the axis on one of its bodies round, or mend the guess"
         )
     return at
+
+
+def _shaken(
+    graph: Graph,
+    tree: Tree,
+    start: FloatArray,
+    held: Sequence[int],
+    at: Configuration,
+    norm: float,
+) -> tuple[Configuration, float]:
+    """A better configuration from starts around the guess, if the one found is open or has axes
+    that point against each other. (A guess may be stationary, at right angles to what is wanted.)
+
+    Where loops are closed but for such axes, one of these loops at a time starts anew.
+    """
+    rng = np.random.default_rng(0)
+    angles = np.array([c.angle for c in graph.coordinates])
+    signs = loop_signs(graph, tree)
+    for number, size in enumerate(_SHAKES):
+        wrong = _opposed(tree, at)
+        if norm <= CLOSED and not wrong:
+            break
+        if norm > CLOSED and number > _TRIES:
+            break
+        reach = np.where(angles, size, min(size, 0.3))
+        shake = reach * rng.uniform(-1, 1, len(start)) * coordinate_scales(graph)
+        shake[held] = 0.0
+        begin = start
+        if norm <= CLOSED:
+            begin = at.q
+            shake[signs[wrong[number % len(wrong)]] == 0] = 0.0
+        other, there = close(graph, tree, begin + shake, held)
+        closed = there <= CLOSED and len(_opposed(tree, other)) < len(wrong)
+        if closed or (norm > CLOSED and there < norm):
+            at, norm = other, there
+    return at, norm
 
 
 _FACING = {  # axes of the two bodies that must not only be parallel, but point the same way
@@ -301,9 +331,9 @@ def facing(circuits: Circuits, tree: Tree) -> dict[int, Scalar]:
     return found
 
 
-def _opposed(tree: Tree, at: Configuration) -> int | None:
-    """A cut joint whose rows vanish although axes of it point against each other."""
-    return next((k for k, cosine in facing(at.circuits, tree).items() if cosine < 0), None)
+def _opposed(tree: Tree, at: Configuration) -> list[int]:
+    """Cut joints whose rows vanish although axes of them point against each other."""
+    return [k for k, cosine in facing(at.circuits, tree).items() if cosine < 0]
 
 
 def _starts(graph: Graph, start: FloatArray) -> list[FloatArray]:

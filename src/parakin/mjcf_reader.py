@@ -104,7 +104,8 @@ def _skeleton(root: _Element, origin: str) -> _Element:
             if key in keys:
                 made.set(key, value)
         if element.tag == "site" and not inside_default:
-            made.set("size", "0.01")  # of a default class it may be one that MuJoCo refuses
+            made.set("type", "capsule" if "fromto" in made.attrib else "sphere")
+            made.set("size", "0.01")
         for child in element:
             if child.tag in _ELSEWHERE:
                 place = f"{origin}, line {child.sourceline}"

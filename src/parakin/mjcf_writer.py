@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,13 +39,24 @@ def mjcf(graph: Graph) -> str:
         joint = graph.joints[number]
         near, far = (joint.child, joint.parent) if backwards else (joint.parent, joint.child)
         pose = model.at.circuits.pose(far)
-        model.hang(graph.bodies[far], graph.bodies[near], Placement(pose.R, pose.p))
-        model.move(graph.bodies[far], joint, backwards)
+        there = Placement(pose.R, pose.p)
+        model.carry(joint, graph.bodies[near], graph.bodies[far], there, backwards)
     for number in tree.cuts:
         model.close(graph.joints[number])
     for body, name in enumerate(graph.bodies):
         model.draw(body, name)
     return model.text()
+
+
+class _Pair(NamedTuple):
+    """A hinge or a slide about or along an axis that is given in the world, at home."""
+
+    name: str
+    slides: bool
+    axis: Vector
+    point: Vector
+    home: float
+    limits: tuple[float, float] = (-np.inf, np.inf)
 
 
 @dataclass
@@ -58,6 +69,7 @@ class _Model:
     spec: Any = field(init=False)
     placed: dict[str, tuple[Any, Placement]] = field(init=False)
     radius: float = field(init=False)
+    taken: set[str] = field(init=False)  # names of bodies
 
     def __post_init__(self) -> None:
         spec = self.spec = self.mujoco.MjSpec()
@@ -68,6 +80,7 @@ class _Model:
         spec.option.disableflags |= self.mujoco.mjtDisableBit.mjDSBL_GRAVITY  # masses are made up
         base = self.graph.bodies[0]
         self.placed = {base: (spec.worldbody.add_body(name=base), Placement(IDENTITY, ZERO))}
+        self.taken = set(self.graph.bodies)
         self.radius = 0.02 * self.graph.length
 
     def hang(self, name: str, near: str, pose: Placement) -> None:
@@ -77,23 +90,29 @@ class _Model:
         child = body.add_body(name=name, pos=here.p, quat=_quaternion(self.mujoco, here.R))
         self.placed[name] = (child, pose)
 
-    def move(self, name: str, joint: GraphJoint, backwards: bool) -> None:
-        """The coordinates of a joint, as hinges and slides of a body that stands at home."""
+    def carry(
+        self, joint: GraphJoint, near: str, far: str, pose: Placement, backwards: bool
+    ) -> None:
+        """A body that stands at `pose` at home, on a joint's coordinates one after the other.
+
+        Small bodies stand between these: MuJoCo could do without, but Pinocchio (4.1) overlooks
+        where all but the last joint of a body start from.
+        """
         order = list(zip(joint.coordinates, joint.pairs, strict=True))
         sign = -1.0 if backwards else 1.0
+        pairs: list[_Pair] = []
         for k, pair in reversed(order) if backwards else order:
             screw = self.at.screws[:, k]
             axis = _vector(sign * (screw[3:] if pair.slides else screw[:3]))
-            coordinate = self.graph.coordinates[k]
-            home = float(self.at.q[k])
+            coordinate, home = self.graph.coordinates[k], float(self.at.q[k])
             point = _vector(self.at.points[k])
             low, high = coordinate.limits
             if k in self.graph.from_home:  # MuJoCo counts as the joint does
                 low, high = low + home, high + home
-            self._pair(name, coordinate.name, pair.slides, axis, point, home, (low, high))
+            pairs.append(_Pair(coordinate.name, pair.slides, axis, point, home, (low, high)))
             if pair.pitch:
                 advance = f"{coordinate.name}.advance"
-                self._pair(name, advance, True, axis, point, pair.pitch * home)
+                pairs.append(_Pair(advance, True, axis, point, pair.pitch * home))
                 self.spec.add_equality(
                     name=advance,
                     type=self.mujoco.mjtEq.mjEQ_JOINT,
@@ -101,30 +120,34 @@ class _Model:
                     name2=coordinate.name,
                     data=[0.0, pair.pitch] + [0.0] * 9,
                 )
+        self._chain(joint.name, near, far, pose, pairs)
 
-    def _pair(
-        self,
-        body: str,
-        name: str,
-        slides: bool,
-        axis: Vector,
-        point: Vector,
-        home: float,
-        limits: tuple[float, float] = (-np.inf, np.inf),
+    def _chain(
+        self, joint: str, near: str, far: str, pose: Placement, pairs: Sequence[_Pair]
     ) -> None:
-        """A hinge or a slide along an axis that is given at home, in the world."""
+        for pair in pairs[:-1]:
+            between = self._inside(joint)
+            self.hang(between, near, pose)
+            self._move(between, pair)
+            self._ball(between, apply(transpose(pose.R), minus(pair.point, pose.p)), _GREY)
+            near = between
+        self.hang(far, near, pose)
+        for pair in pairs[-1:]:
+            self._move(far, pair)
+
+    def _move(self, body: str, pair: _Pair) -> None:
         child, pose = self.placed[body]
         inward = transpose(pose.R)
         kinds = self.mujoco.mjtJoint
         joint = child.add_joint(
-            name=name,
-            type=kinds.mjJNT_SLIDE if slides else kinds.mjJNT_HINGE,
-            pos=apply(inward, minus(point, pose.p)),
-            axis=apply(inward, axis),
-            ref=home,
+            name=pair.name,
+            type=kinds.mjJNT_SLIDE if pair.slides else kinds.mjJNT_HINGE,
+            pos=apply(inward, minus(pair.point, pose.p)),
+            axis=apply(inward, pair.axis),
+            ref=pair.home,
         )
-        if np.isfinite(limits).all():
-            joint.range = limits
+        if np.isfinite(pair.limits).all():
+            joint.range = pair.limits
 
     def close(self, joint: GraphJoint) -> None:
         """A joint outside the tree: two sites that are to stay together."""
@@ -136,19 +159,17 @@ class _Model:
         if joint.kind == "spherical":
             kind = kinds.mjEQ_CONNECT
         elif joint.kind == "rod":
-            kind, far = kinds.mjEQ_CONNECT, self._inside(joint.name)
+            kind, far = kinds.mjEQ_CONNECT, self._inside(joint.name, "rod")
             start = then(self.placed[parent][1], joint.F).p
             along = times(1 / joint.length, minus(there.p, start))
-            self.hang(far, parent, Placement(about(along), start))
             x, y = (_vector(column) for column in np.array(about(along)).T[:2])
-            for number, axis in enumerate((x, y), start=1):
-                self._pair(far, f"{joint.name}.{number}", False, axis, start, 0.0)
+            hinges = [_Pair(f"{joint.name}.{k + 1}", False, (x, y)[k], start, 0.0) for k in (0, 1)]
+            self._chain(joint.name, parent, far, Placement(about(along), start), hinges)
             place = Placement(IDENTITY, (0.0, 0.0, joint.length))
             self._capsule(far, ZERO, place.p, _GREY)
         elif joint.kind != "fixed":
             far, place = self._inside(joint.name), Placement(IDENTITY, ZERO)
-            self.hang(far, parent, there)
-            self.move(far, joint, False)
+            self.carry(joint, parent, far, there, False)
             self._ball(far, ZERO, _GREY)
         near = self._site(f"{joint.name}.{child}", child, joint.M)
         other = self._site(f"{joint.name}.{parent}", far, place)
@@ -162,11 +183,12 @@ class _Model:
             solimp=[0.99, 0.999, 0.001, 0.5, 2.0],
         )
 
-    def _inside(self, joint: str) -> str:
-        """A name for the small body within a joint."""
-        name = f"{joint} link"
-        while name in self.placed or name in self.graph.bodies:
+    def _inside(self, joint: str, what: str = "link") -> str:
+        """A name for a small body within a joint."""
+        name = f"{joint} {what}"
+        while name in self.taken:
             name += "'"
+        self.taken.add(name)
         return name
 
     def _site(self, name: str, body: str, place: Placement) -> str:

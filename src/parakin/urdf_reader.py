@@ -122,6 +122,7 @@ def _joints(
                 name, kind, parent, child, F, M,
                 (0.0,) * _FREEDOMS.get(kind, 0),
                 _limits(element, kind, place),
+                (element.get("independent") or "").lower() == "true",  # as URDF+ has it
             )
         )  # fmt: skip
         mimic = element.find("mimic")
@@ -233,7 +234,8 @@ def _told(
         raise InputError(place, "no loops", "closures, or closed_loop and type")
     loops: list[Link] = []
     if "closed_loop" in known:
-        loops += _pairs(told, names, place)
+        ends = {link.name: link.child for link in links} | {name: name for name in names}
+        loops += _pairs(told, ends, place)
     if "closures" in known:
         loops += _closures(told, names, links, base, place)
     motors = _list(told.get("name_mot", told.get("independent", [])), f"{place}: motors")
@@ -254,7 +256,7 @@ def _told(
         made.append(
             Link(
                 moved.name, moved.kind, moved.parent, moved.child, moved.F, moved.M, at,
-                moved.limits, link.name in motors,
+                moved.limits, link.actuated or link.name in motors,
             )
         )  # fmt: skip
     if changed:
@@ -263,7 +265,8 @@ def _told(
     return loops, made
 
 
-def _pairs(told: Mapping[str, Any], names: Sequence[str], place: str) -> list[Link]:
+def _pairs(told: Mapping[str, Any], links: Mapping[str, str], place: str) -> list[Link]:
+    """Pairs of links that coincide; a joint's name stands for the link that it carries."""
     pairs = _list(told["closed_loop"], f"{place}: closed_loop")
     kinds = _list(told.get("type", ["6d"] * len(pairs)), f"{place}: type")
     if len(kinds) != len(pairs):
@@ -276,14 +279,14 @@ def _pairs(told: Mapping[str, Any], names: Sequence[str], place: str) -> list[Li
         if len(ends) != 2:
             raise InputError(where, f"{pair!r:.80}", "two links that coincide")
         for name in ends:
-            if name not in names:
-                raise InputError(where, f"unknown link {name!r}", nearest(name, names))
+            if name not in links:
+                raise InputError(where, f"unknown link {name!r}", nearest(name, links))
         if str(kind).lower() not in ("3d", "6d"):
             raise InputError(f"{place}: type[{k}]", f"{kind!r:.80}", "3d (a point) or 6d (a frame)")
         fixed = str(kind).lower() == "6d"
         loop = "fixed" if fixed else "spherical"
         name = _shared(*ends) or f"loop{k + 1}"
-        loops.append(Link(name, loop, ends[0], ends[1]))
+        loops.append(Link(name, loop, links[ends[0]], links[ends[1]]))
     return loops
 
 
