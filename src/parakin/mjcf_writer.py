@@ -81,7 +81,11 @@ class _Model:
         base = self.graph.bodies[0]
         self.placed = {base: (spec.worldbody.add_body(name=base), Placement(IDENTITY, ZERO))}
         self.taken = set(self.graph.bodies)
-        self.radius = 0.02 * self.graph.length
+        spec.visual.headlight.ambient = [0.4, 0.4, 0.4]
+        spec.visual.headlight.diffuse = [0.6, 0.6, 0.6]
+        places = [p for joint in self.graph.joints for p in (joint.F.p, joint.M.p)]
+        places += [p for _, p in self.graph.points.values()]
+        self.radius = 0.02 * (max(float(np.linalg.norm(p)) for p in places) or 1.0)
 
     def hang(self, name: str, near: str, pose: Placement) -> None:
         """A body that stands at `pose` at home, as the child of another."""
@@ -201,13 +205,7 @@ class _Model:
 
     def draw(self, body: int, name: str) -> None:
         """A body's points as sites, and a simple shape from joint to joint."""
-        ends: dict[Vector, bool] = {}
-        for joint in self.graph.joints:
-            if joint.name == "platform":
-                continue
-            for of, place in ((joint.parent, joint.F), (joint.child, joint.M)):
-                if of == body:
-                    ends[place.p] = ends.get(place.p, False) or joint.actuated
+        ends = self._ends(body)
         for label, (of, p) in self.graph.points.items():
             if of == body:
                 self._site(label, name, Placement(IDENTITY, p))
@@ -220,6 +218,25 @@ class _Model:
             self._capsule(name, next(iter(ends)) if len(ends) == 2 else middle, p, colour)
         if not ends:
             self._ball(name, ZERO, colour)
+        for joint in self.graph.joints:
+            if joint.child == body and joint.kind in ("prismatic", "cylindrical"):
+                self._capsule(name, joint.M.p, self._behind(joint), _GREY, 0.6)
+
+    def _ends(self, body: int) -> dict[Vector, bool]:
+        """Where a body's joints are, and whether a motor is there."""
+        ends: dict[Vector, bool] = {}
+        for joint in self.graph.joints:
+            for of, place in ((joint.parent, joint.F), (joint.child, joint.M)):
+                if of == body and joint.name != "platform":
+                    ends[place.p] = ends.get(place.p, False) or joint.actuated
+        return ends
+
+    def _behind(self, joint: GraphJoint) -> Vector:
+        """Where a piston's rod comes from: the middle of its cylinder, at home."""
+        middle = _vector(np.mean(list(self._ends(joint.parent)), axis=0))
+        pose = self.placed[self.graph.bodies[joint.parent]][1]
+        here = inverse(self.placed[self.graph.bodies[joint.child]][1])
+        return then(then(here, pose), Placement(IDENTITY, middle)).p
 
     def _ball(self, body: str, p: Vector, rgba: Sequence[float], size: float = 1.0) -> None:
         self.placed[body][0].add_geom(
@@ -231,13 +248,15 @@ class _Model:
             conaffinity=0,
         )
 
-    def _capsule(self, body: str, a: Vector, b: Vector, rgba: Sequence[float]) -> None:
+    def _capsule(
+        self, body: str, a: Vector, b: Vector, rgba: Sequence[float], size: float = 1.0
+    ) -> None:
         if np.linalg.norm(minus(a, b)) < self.radius:
             return
         self.placed[body][0].add_geom(
             type=self.mujoco.mjtGeom.mjGEOM_CAPSULE,
             fromto=[*a, *b],
-            size=[self.radius, 0, 0],
+            size=[size * self.radius, 0, 0],
             rgba=rgba,
             contype=0,
             conaffinity=0,
