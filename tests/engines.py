@@ -38,10 +38,17 @@ class MujocoTwin:
 
         self.mj, self.model, self.data = mujoco, model, mujoco.MjData(model)
         mujoco.mj_resetDataKeyframe(model, self.data, 0)
-        weld = mujoco.mjtEq.mjEQ_WELD
+        kinds = mujoco.mjtEq
+        pairs = list(zip(model.eq_obj1id, model.eq_obj2id, model.eq_type, strict=True))
         self.loops = [
-            (int(a), int(b), kind == weld)
-            for a, b, kind in zip(model.eq_obj1id, model.eq_obj2id, model.eq_type, strict=True)
+            (int(a), int(b), kind == kinds.mjEQ_WELD)
+            for a, b, kind in pairs
+            if kind != kinds.mjEQ_JOINT
+        ]
+        self.screws = [  # slide, hinge and how far the one goes as the other turns
+            (int(pair[0]), int(pair[1]), float(data[1]))
+            for pair, data in zip(pairs, model.eq_data, strict=True)
+            if pair[2] == kinds.mjEQ_JOINT
         ]
 
     def place(self, name: str) -> int:
@@ -62,6 +69,8 @@ class MujocoTwin:
                     @ np.array(self.data.site_xmat[b]).reshape(3, 3).T
                 )
                 gaps.append(0.5 * (turn[[2, 0, 1], [1, 2, 0]] - turn[[1, 2, 0], [2, 0, 1]]))
+        off = self.data.qpos - self.model.qpos0  # every joint is a hinge or a slide
+        gaps += [np.array([off[slide] - ratio * off[hinge]]) for slide, hinge, ratio in self.screws]
         return np.concatenate(gaps)
 
     def _rows(self, of: Any) -> Array:
@@ -72,6 +81,11 @@ class MujocoTwin:
             rows.append(p - q)
             if frames:
                 rows.append(r - s)
+        for slide, hinge, ratio in self.screws:
+            row = np.zeros((1, self.model.nv))
+            if of == self._jacobian:
+                row[0, slide], row[0, hinge] = 1.0, -ratio
+            rows.append(row)
         return np.concatenate(rows)
 
     def _jacobian(self, site: int) -> tuple[Array, Array]:

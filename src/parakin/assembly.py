@@ -28,6 +28,7 @@ _NOTHING = 1e-14  # a home value this small is round-off of zero; exact zeros ma
 CLOSED = 1e-12  # of the characteristic length
 _SHAKES = (0.02, 0.1, *(0.3, 1.0, 3.0) * 16)  # of starts around a guess [rad]
 _TRIES = 3  # of these, as long as the loops do not close at all
+_STRAY = 1e-6  # a step further than this, from where loops are closed, chases round-off
 _RANK = 1e-8  # singular values below this part of the largest count as zero
 
 
@@ -200,6 +201,8 @@ def _closed(
         else:
             step = -np.linalg.solve(J.T @ J + damping * np.eye(len(free)), J.T @ gaps)
         size = float(np.abs(step).max(initial=0.0))
+        if best < CLOSED and size > _STRAY:
+            break
         q = at.q.copy()
         q[free] += step * scales[free] * min(1.0, 0.5 / size if size else 1.0)
         trial = configure(graph, tree, q)

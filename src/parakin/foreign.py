@@ -385,6 +385,9 @@ def _stem(link: Link) -> str:
 
 def _whole(chain: Sequence[Link]) -> Link | None:
     """The joint made of single ones, or None where it is none that we know."""
+    labels = [link.name.rpartition(".")[2] for link in chain]
+    if all(label.isdecimal() for label in labels) and labels == sorted(labels, reverse=True):
+        chain = [_turned_round(link) for link in reversed(chain)]  # hung from its child
     slides = tuple(link.kind == "prismatic" for link in chain)
     if not all(link.kind in ("prismatic", "revolute") and not link.pitch for link in chain):
         return None
@@ -429,6 +432,13 @@ def _whole(chain: Sequence[Link]) -> Link | None:
                 angles=tuple(angles),
             )
     return None
+
+
+def _turned_round(link: Link) -> Link:
+    """A hinge or slide from child to parent, its coordinate as before."""
+    upside_down = Placement(((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0)), ZERO)
+    F, M = then(link.M, upside_down), then(link.F, upside_down)
+    return replace(link, parent=link.child, child=link.parent, F=F, M=M)
 
 
 def _differ(a: Vector, b: Vector) -> bool:

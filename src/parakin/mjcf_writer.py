@@ -117,13 +117,13 @@ class _Model:
             if pair.pitch:
                 advance = f"{coordinate.name}.advance"
                 pairs.append(_Pair(advance, True, axis, point, pair.pitch * home))
-                self.spec.add_equality(
+                coupling = self.spec.add_equality(
                     name=advance,
                     type=self.mujoco.mjtEq.mjEQ_JOINT,
                     name1=advance,
                     name2=coordinate.name,
-                    data=[0.0, pair.pitch] + [0.0] * 9,
                 )
+                coupling.data[:5] = [0.0, pair.pitch, 0.0, 0.0, 0.0]
         self._chain(joint.name, near, far, pose, pairs)
 
     def _chain(
