@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 MAX_JOINTS = 400
 _APART = 1e-6  # directions and places that differ by less are meant to be the same
 _LOCKED = 1e-12
+_NOTHING = 1e-14  # [m]: a place this near to zero is round-off of it
 WORLD = "world"  # MuJoCo's name for what does not move
 HERE = Placement(IDENTITY, ZERO)
 
@@ -271,9 +272,10 @@ def _screwed(links: Sequence[Link], screws: Sequence[Link], origin: str) -> list
 
 
 def _frame(at: Placement) -> Frame:
+    p = vector(0.0 if abs(a) < _NOTHING else a for a in at.p)
     if at.R == IDENTITY:
-        return Frame(at=at.p)
-    return Frame(at=at.p, axis=column(at.R, 2), x=column(at.R, 0))
+        return Frame(at=p)
+    return Frame(at=p, axis=column(at.R, 2), x=column(at.R, 0))
 
 
 def _fit(name: str, known: dict[str, str]) -> str:
