@@ -869,7 +869,6 @@ DIETMAIER_PLATFORM = (
     (-0.137087, -0.235121, 0.353913),
 )
 DIETMAIER_LEGS = (1.0, 0.645275, 1.086284, 1.503439, 1.281933, 0.771071)
-DIETMAIER_HOMES = (33, 11)  # postures far from singularities, one of either side
 
 # The forty postures: the first platform joint, then the platform's x and y axes.
 DIETMAIER_POSTURES = """
@@ -980,41 +979,27 @@ def hexapod(
 
 @cache
 def dietmaier() -> tuple[FloatArray, FloatArray]:
-    """Published postures, and those that parakin finds from them cut to three decimals (40, 9).
-
-    A solver stays on its side of the singularities; postures of the other side get one of theirs.
-    """
+    """Published postures (40, 9), and those that a search from the lengths alone finds (n, 9)."""
     published = np.array([line.split() for line in DIETMAIER_POSTURES.split("\n") if line], float)
-    ours = np.full((len(published), 9), np.nan)
-    start = np.round(published, 3)
-    axes = np.stack([start[:, 3:6], start[:, 6:9], np.cross(start[:, 3:6], start[:, 6:9])], axis=2)
-    poses = np.hstack([start[:, :3], Rotation.from_matrix(axes).as_euler("XYZ")])
-    lengths = np.array(DIETMAIER_LEGS)
-    for home in DIETMAIER_HOMES:
-        left = np.flatnonzero(np.isnan(ours[:, 0]))
-        robot = hexapod(DIETMAIER_BASE, DIETMAIER_PLATFORM, poses[home])
-        solver = parakin.compile(robot, SIX, derivatives=0, machine_code=False)
-        rows = [solver.coordinates.index(name) for name in POSE]
-        guess = np.zeros((len(solver.coordinates), len(left)))
-        guess[rows] = poses[left].T
-        tick = solver.at(np.repeat(lengths[:, None], len(left), axis=1), guess=guess)
-        good = np.asarray(tick.status) == parakin.Status.CONVERGED
-        found = tick.position[rows][:, good].T
-        turned = Rotation.from_euler("XYZ", found[:, 3:]).as_matrix()
-        ours[left[good]] = np.hstack([found[:, :3], turned[:, :, 0], turned[:, :, 1]])
-    return published, ours
+    first = np.stack([published[0, 3:6], published[0, 6:9]], axis=1)
+    axes = np.column_stack([first, np.cross(first[:, 0], first[:, 1])])
+    pose = np.hstack([published[0, :3], Rotation.from_matrix(axes).as_euler("XYZ")])
+    robot = hexapod(DIETMAIER_BASE, DIETMAIER_PLATFORM, pose)
+    solver = parakin.compile(robot, SIX, derivatives=0, machine_code=False)
+    search = solver.branches(dict(zip(SIX, DIETMAIER_LEGS, strict=True)))
+    poses = np.array([[branch.coordinates[name] for name in POSE] for branch in search.branches])
+    turned = Rotation.from_euler("XYZ", poses[:, 3:]).as_matrix()
+    return published, np.hstack([poses[:, :3], turned[:, :, 0], turned[:, :, 1]])
 
 
-def distinct_postures() -> float:
-    _, ours = dietmaier()
-    ours = ours[~np.isnan(ours).any(axis=1)]
-    apart = np.abs(ours[:, None] - ours[None]).max(axis=2) > 1e-3
-    return float(sum(apart[k, :k].all() for k in range(len(ours))))
+def postures() -> float:
+    return float(len(dietmaier()[1]))
 
 
 def farthest_posture() -> float:
+    """Of each published posture from the nearest that was found."""
     published, ours = dietmaier()
-    return float(np.abs(ours - published).max())
+    return float(np.abs(ours[None] - published[:, None]).max(axis=2).min(axis=1).max())
 
 
 @cache
@@ -1042,14 +1027,12 @@ HEXAPODS = (
         "Advances in Robot Kinematics (1998); geometry and all solutions in "
         "janverschelde/PHCpack, src/Demo/stewgou40",
         (
-            Figure("real postures", "40", distinct_postures),
+            Figure("real postures", "40", postures),
             Figure("largest difference of any of their 360 figures", "0.00000", farthest_posture),
         ),
-        note="each posture is iterated from the published one cut to three decimals. The solutions "
+        note="found by `Solver.branches` from the six lengths alone. The published solutions "
         "have 15 digits, but of a system of equations whose coefficients were cut to ten, "
-        "some of them badly conditioned: five decimals are compared. `Solver.branches`, "
-        "given the lengths alone, finds only some of them from its usual number of starts, and "
-        "says that it lacks others",
+        "some of them badly conditioned: five decimals are compared",
     ),
     Case(
         "Hexapods",

@@ -85,7 +85,7 @@ def test_the_test_program_agrees(name: str, forward: bool, tmp_path: Path) -> No
 def test_a_whole_motion_agrees(name: str, forward: bool, tmp_path: Path) -> None:
     """To 1e-12 of what is compared, accelerations of up to 40 m/s² among it."""
     inverse = parakin.compile(name, machine_code=False)
-    motion = along(inverse, 400)
+    motion = along(inverse, 100)
     result = inverse.solve(motion)
     driven = actuated(name) if forward else list(inverse.driven)
     rows = [inverse.coordinates.index(n) for n in driven]

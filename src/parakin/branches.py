@@ -11,16 +11,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from parakin import closure
 from parakin.assembly import FloatArray, circuits_at, facing
 from parakin.graph import Graph
-from parakin.kernel import Outputs, newton_unknowns
-from parakin.machine import make_kernel, output_count
+from parakin.kernel import Equations, Lead, Outputs, newton_unknowns, trace
+from parakin.machine import output_count
 from parakin.plan import Block, Plan
+from parakin.spatial import ARRAYS, Scalar
 from parakin.tracking import SINGULAR
 
-_STEPS = 40
+_DESCENTS = 60  # damped steps from a start
+_STEPS = 4  # and undamped ones after these
+_DRAWS = 12  # of signs, as long as loops stay open
+_FAR = 3.0  # characteristic lengths: how far from home starts lie
 _SAME = 1e-6  # what two findings may differ by, in radians and characteristic lengths
 _CLOSED = 1e-10
 
@@ -65,23 +71,41 @@ def branches(
     """
     graph, n = plan.graph, starts
     rng = np.random.default_rng(seed)
-    loose = replace(plan, blocks=tuple(_either(block, rng, n) for block in plan.blocks))
     outputs = Outputs(tuple(range(len(graph.coordinates))), derivatives=0)
-    kernel = make_kernel(loose, outputs, machine_code=False, steps=_STEPS)
     home = np.array([plan.home[k] - plan.offset(k) for k in range(len(graph.coordinates))])
     scales = np.array([1.0 if c.angle else graph.length for c in graph.coordinates])
     driven = np.array([(values or {}).get(graph.coordinates[k].name, home[k]) for k in plan.driven])
     iterated = newton_unknowns(plan)
-    spread = np.array([np.pi if graph.coordinates[k].angle else graph.length for k in iterated])
+    # A mirror image of home is as far away again as home is from what mirrors it.
+    spread = np.array(
+        [np.pi if graph.coordinates[k].angle else _FAR * graph.length for k in iterated]
+    )
     guess = home[iterated, None] + spread[:, None] * rng.uniform(-1, 1, (len(iterated), n))
     if len(iterated):
         guess[:, 0] = home[iterated]
     out = np.empty((output_count(outputs), n))
-    kernel(np.concatenate([np.repeat(driven[:, None], n, axis=1), guess]), out, False)
+    offsets = np.array([plan.offset(k) for k in range(len(home))])
+    signs = [_either(block, rng, n) for block in plan.blocks]
+    given = list(np.repeat(driven[:, None], n, axis=1))
+    lead: Lead | None = _descent(scales)
+    for _ in range(_DRAWS):
+        pairs = list(zip(plan.blocks, signs, strict=True))
+        loose = replace(plan, blocks=tuple(_with_sign(*pair) for pair in pairs))
+        with np.errstate(all="ignore"):  # what cannot be reached is NaN
+            results = trace(loose, [given], list(guess), ARRAYS, outputs, _STEPS, lead)
+            for row, result in enumerate(results):
+                out[row] = result
+            open_ = _open(plan, out[: len(home)] + offsets[:, None])
+        for block, sign in pairs:
+            if sign is not None:  # the loop may want the other root: a joint's angles go together
+                wrong = open_[block.rows[0].cut]
+                sign[wrong] = rng.choice([-1.0, 1.0], int(wrong.sum()))
+        if len(iterated):
+            guess, lead = out[iterated], None
     q, residual, conditioning = out[: len(home)], out[len(home)], out[len(home) + 1]
     real = residual <= _CLOSED * graph.length
-    offsets = np.array([plan.offset(k) for k in range(len(home))])
-    for cosine in facing(circuits_at(graph, plan.tree, q + offsets[:, None]), plan.tree).values():
+    at_rest = np.where(real, q + offsets[:, None], plan.home[:, None])
+    for cosine in facing(circuits_at(graph, plan.tree, at_rest), plan.tree).values():
         real &= cosine > 0.0
     regular = np.abs(conditioning) > SINGULAR
     singular = int((real & ~regular).sum())
@@ -131,13 +155,67 @@ def branches(
     )
 
 
-def _either(block: Block, rng: np.random.Generator, n: int) -> Block:
-    """A closed form with both signs of its root at random, the first that of home."""
+def _descent(scales: FloatArray) -> Lead:
+    """Levenberg-Marquardt from every start: Newton's steps alone would throw most of them away."""
+
+    def lead(block: Block, equations: Equations, values: list[Scalar]) -> list[Scalar]:
+        unit = scales[list(block.unknowns)]
+        n = len(values[0])
+
+        def system(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+            gaps, rows = equations(list(x * unit[:, None]))
+            g = np.array([np.broadcast_to(gap, n) for gap in gaps]).T
+            J = np.array([[np.broadcast_to(entry, n) for entry in row] for row in rows])
+            J = np.moveaxis(J, 2, 0) * unit
+            return g, J, np.nan_to_num(np.einsum("ij,ij->i", g, g), nan=np.inf)
+
+        x = np.array(values) / unit[:, None]
+        g, J, cost = system(x)
+        damping = np.full(n, 1e-2)
+        eye = np.eye(len(unit))
+        for _ in range(_DESCENTS):
+            square = np.einsum("nij,nik->njk", J, J)
+            size = np.einsum("njj->n", square) / len(unit)
+            normal = square + (damping * size)[:, None, None] * eye + 1e-30 * eye
+            slope = np.einsum("nij,ni->nj", J, g)
+            step = np.linalg.solve(normal, slope[:, :, None])[:, :, 0].T
+            there = system(x - step)
+            better = there[2] < cost
+            x = np.where(better, x - step, x)
+            g = np.where(better[:, None], there[0], g)
+            J = np.where(better[:, None, None], there[1], J)
+            cost = np.where(better, there[2], cost)
+            damping = np.clip(np.where(better, damping * 0.2, damping * 5.0), 1e-12, 1e12)
+        return list(x * unit[:, None])
+
+    return lead
+
+
+def _with_sign(block: Block, sign: FloatArray | None) -> Block:
+    return block if sign is None else replace(block, sign=sign)  # type: ignore[arg-type]
+
+
+def _either(block: Block, rng: np.random.Generator, n: int) -> FloatArray | None:
+    """Both signs of a closed form's root at random, the first that of home; of one root none."""
     if block.form in ("newton", "linear", "turn by two"):
-        return block
+        return None
     signs = rng.choice([-1.0, 1.0], n)
     signs[0] = block.sign
-    return replace(block, sign=signs)  # type: ignore[arg-type]
+    return signs
+
+
+def _open(plan: Plan, q: FloatArray) -> dict[int, NDArray[np.bool_]]:
+    """By cut joint, the configurations (columns of q) in which its loop is open."""
+    circuits = circuits_at(plan.graph, plan.tree, q)
+    found = {}
+    for cut in plan.tree.cuts:
+        end = closure.ends(circuits, cut)
+        closed = np.ones(q.shape[1], dtype=bool)
+        for row in closure.canonical_rows(plan.graph.joints[cut], cut):
+            gap = closure.per_length(plan.graph, row) * closure.value(circuits, row, end)
+            closed &= np.abs(gap) <= _CLOSED * plan.graph.length
+        found[cut] = ~closed
+    return found
 
 
 def _telling(graph: Graph, plan: Plan) -> list[int]:

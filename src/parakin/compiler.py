@@ -35,7 +35,8 @@ def compile(
     mechanism: or its name in the catalogue, or its file.
     driven: one name or more, as many as its mobility; the mechanism's own choice if not given.
     coordinates: which to report. By default those of a spanning tree and the platform's pose;
-    "all" adds those of the joints outside the tree and the cone angles of spherical joints.
+    "all" adds those of the joints outside the tree and the cone angles of spherical joints. Those
+    that are iterated are reported whatever is chosen: a guess needs them.
     derivatives: 0 to 3 of them; the third is the jerk.
     checks: False leaves out residual and conditioning; only NaN is then flagged. A solver that
     iterates needs them and keeps them.

@@ -8,7 +8,7 @@ out as NaN, one close to singular with a small `conditioning`.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from parakin import closure
@@ -29,6 +29,10 @@ from parakin.recursion import (
 from parakin.spatial import FLOATS, Functions, Scalar, Vector, add, apply, dot, mul, plus, sub
 
 CHECKS = 4
+
+# A block's gaps and their derivatives by its unknowns, at given values of these.
+Equations = Callable[[Sequence[Scalar]], tuple[list[Scalar], list[list[Scalar]]]]
+Lead = Callable[[Block, Equations, list[Scalar]], list[Scalar]]
 
 
 @dataclass(frozen=True)
@@ -59,11 +63,13 @@ def trace(
     functions: Functions,
     outputs: Outputs,
     steps: int = 2,
+    lead: Lead | None = None,
 ) -> list[Scalar]:
     """Solve one pose (or an array of them); see `Outputs` for what is returned.
 
     orders: driven positions, then as many derivatives of them as are asked for, each one scalar
-    per driven coordinate. guess: one per coordinate of `newton_unknowns`.
+    per driven coordinate. guess: one per coordinate of `newton_unknowns`. lead: what brings the
+    guess of a block nearer before Newton's steps.
     """
     driven = orders[0]
     circuits = Circuits(plan.graph, plan.tree)
@@ -81,7 +87,7 @@ def trace(
     moves: list[Scalar] = []
     for block in plan.blocks:
         if block.form == "newton":
-            last, figure = _newton(circuits, block, angles, guesses, steps)
+            last, figure = _newton(circuits, block, angles, guesses, steps, lead)
             moves += last
             if outputs.derivatives == 0:
                 quality.append(signed_square(figure, functions))
@@ -280,29 +286,39 @@ def _newton(
     angles: _Angles,
     guesses: Mapping[int, Scalar],
     steps: int,
+    lead: Lead | None,
 ) -> tuple[list[Scalar], Scalar]:
     """A block of several unknowns: a fixed number of Newton steps from the guess.
 
     Returns the last step and the conditioning met there.
     """
-    values = {k: guesses[k] for k in block.unknowns}
     later = {
         n: Turn(0.0, 1.0, 0.0)
         for path in circuits.path.values()
         for n in path
-        if n not in circuits.turns and n not in values
+        if n not in circuits.turns and n not in block.unknowns
     }
     base = circuits.varied(later)
+
+    def system(values: Sequence[Scalar]) -> tuple[list[Scalar], list[list[Scalar]]]:
+        """Gaps of the block's rows, and their derivatives by its unknowns."""
+        known = zip(block.unknowns, values, strict=True)
+        there = base.varied({k: angles.turn(k, value) for k, value in known})
+        gaps = [closure.value(there, row, closure.ends(there, row.cut)) for row in block.rows]
+        return gaps, jacobian(there, block, set(later))
+
+    values = [guesses[k] for k in block.unknowns]
+    if lead is not None:
+        values = lead(block, system, values)
     moves: list[Scalar] = []
     figure: Scalar = 1.0
     for _ in range(steps):
-        there = base.varied({k: angles.turn(k, value) for k, value in values.items()})
-        gaps = [closure.value(there, row, closure.ends(there, row.cut)) for row in block.rows]
-        solved = solve(jacobian(there, block, set(later)), [gaps], angles.functions, block.lengths)
+        gaps, derivatives = system(values)
+        solved = solve(derivatives, [gaps], angles.functions, block.lengths)
         moves = solved.solutions[0]
         figure = mul(block.sign / block.lever, solved.conditioning)
-        values = {k: sub(values[k], move) for k, move in zip(values, moves, strict=True)}
-    for k, value in values.items():
+        values = [sub(value, move) for value, move in zip(values, moves, strict=True)]
+    for k, value in zip(block.unknowns, values, strict=True):
         angles.give(circuits, k, value)
     return moves, figure
 

@@ -228,8 +228,11 @@ def _affine(
     spread = np.ptp(np.array(maps), axis=0).max(axis=1)
     found = {}
     for k in range(len(graph.coordinates)):
+        if k in driven:
+            found[k] = Affine(0.0, ((k, 1.0),))
+            continue
         lone = len(samples) < 2 and k not in given  # nothing to compare with
-        if spread[k] > _AFFINE or lone:
+        if (spread[k] > _AFFINE and k not in given) or lone:
             continue
         mean = np.mean([m[k] for m in maps], axis=0)
         whole = np.round(mean)

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parakin.assembly import configure
+from parakin import closure
+from parakin.assembly import circuits_at, configure
 from parakin.bodies import Figures, Points, points_of
 from parakin.branches import Search, branches
 from parakin.errors import InputError, nearest
@@ -27,6 +28,7 @@ from parakin.ordering import plan_of
 from parakin.plan import Plan
 from parakin.results import dataset
 from parakin.singularities import Closeness, closeness
+from parakin.spatial import FLOATS
 from parakin.tracking import (
     RESIDUAL,
     SINGULAR,
@@ -73,7 +75,7 @@ class Solver:
     """A compiled mechanism; made by `parakin.compile`.
 
     `driven`, `coordinates`: names, in the order of rows. `derivatives`: how many. `home`:
-    position of every coordinate at home, by name [m, rad]. `iterated`: coordinates that are found
+    position of every coordinate and cone angle at home, by name [m, rad]. `iterated`: coordinates that are found
     by iteration and not in closed form.
     """
 
@@ -146,6 +148,9 @@ class Solver:
         Raises InputError on arrays of the wrong shape.
         """
         inputs = self._inputs_of(y, yd, ydd, yddd)
+        if guess is not None and len(guess) != len(self.coordinates):
+            found = f"{len(guess)} rows"
+            raise InputError("guess", found, f"{len(self.coordinates)}: one per coordinate")
         walked: StatusArray | int = 0
         if self._iterated:
             out, walked = self._iterate(inputs, guess)
@@ -404,8 +409,13 @@ class Solver:
 
 
 def home_values(graph: Graph, plan: Plan) -> dict[str, float]:
-    """Position of every coordinate at home, as it is counted."""
-    return {c.name: float(plan.home[k]) - plan.offset(k) for k, c in enumerate(graph.coordinates)}
+    """Position of every coordinate at home, as it is counted, and every cone angle."""
+    home = {c.name: float(plan.home[k]) - plan.offset(k) for k, c in enumerate(graph.coordinates)}
+    circuits = circuits_at(plan.graph, plan.tree, plan.home)
+    for name, (joint, _) in plan.graph.cones.items():
+        end = closure.ends(circuits, joint)
+        home[name] = float(closure.cone(circuits, joint, end, FLOATS, derivatives=0)[0])
+    return home
 
 
 def _layout(plan: Plan, outputs: Outputs) -> Layout:
