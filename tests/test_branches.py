@@ -77,6 +77,33 @@ def test_values_elsewhere_than_home_are_searched() -> None:
         solver.branches({"B": 0.0})
 
 
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [("gough-stewart", 8), ("octahedral-hexapod", 8), ("3-rps", 8), ("delta", 16)],
+)
+def test_most_starts_lead_somewhere(name: str, count: int) -> None:
+    """(8 of an octahedral hexapod's 16 assemblies are complex here; counts by SciPy's
+    Levenberg-Marquardt from 1,500 starts.)
+    """
+    motors = [
+        c.name for c in parakin.compile(name, machine_code=False).graph.coordinates if c.actuated
+    ]
+    search = parakin.compile(name, motors, machine_code=False).branches(starts=1024)
+    assert len(search.branches) == count
+    assert sum(branch.found for branch in search.branches) > 600
+
+
+def test_a_nearly_singular_home_is_solved_from() -> None:
+    """Where home's Jacobian is all but singular, what is driven is still known to be driven."""
+    pose = {"platform.yaw": np.pi / 2 - 3e-5}
+    mechanism = parakin.load("gough-stewart")
+    home = {name: value for name, value in mechanism.home.items() if name in mechanism.driven}
+    turned = mechanism.model_copy(update={"home": {**home, **pose}})
+    solver = parakin.compile(turned, [f"P{i}" for i in range(1, 7)], machine_code=False)
+    assert set(solver.plan.affine) >= set(solver.plan.driven)
+    assert solver.at([solver.home[name] for name in solver.driven]).status == 0
+
+
 def test_a_plan_is_not_changed_by_a_search() -> None:
     solver = parakin.compile("five-bar", machine_code=False)
     before: Plan = solver.plan

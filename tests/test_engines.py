@@ -89,6 +89,7 @@ def test_mujoco_finds_the_same_bodies_at_a_hundred_poses(name: str, models: Path
         for body, moving in bodies.items():
             at = Moving(*(figures[i] for figures in moving))
             worst = np.fmax(worst, apart(at, twin.body(body)))
+    print(f"\n{name}: {worst[0]:.0e} {worst[1]:.0e} {worst[2]:.0e}")  # with -s
     assert (worst < [1e-12, 1e-10, 1e-9]).all(), worst
 
 
@@ -109,5 +110,5 @@ def test_pinocchio_finds_the_same_bodies(name: str, models: Path) -> None:
         for body, moving in bodies.items():
             at = Moving(*(figures[i] for figures in moving))
             worst = np.fmax(worst, apart(at, twin.body(body)))
-
+    print(f"\n{name}: {worst[0]:.0e} {worst[1]:.0e} {worst[2]:.0e}")  # with -s
     assert (worst < [1e-12, 1e-10, 1e-9]).all(), worst
