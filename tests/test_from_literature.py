@@ -11,6 +11,9 @@ from scipy.spatial.transform import Rotation
 
 import parakin
 from parakin import Status, files
+from parakin.analysis import mobility
+from parakin.assembly import assembled
+from parakin.graph import graph_of
 from parakin.motion import constant, from_laws, polynomial345
 
 GOLDBERG = """
@@ -315,6 +318,46 @@ def test_a_delta_has_sixteen_assemblies_among_them_its_mirror_image() -> None:
     for height in heights:
         assert any(2 * elbow - height == pytest.approx(other, abs=1e-9) for other in heights)
     assert solver.home["platform.z"] == pytest.approx(min(heights), abs=1e-9)
+
+
+def test_the_textbook_delta_has_twelve_idle_freedoms() -> None:
+    """Balls at all corners of the parallelograms: six rods and six crossbars spin (Lynch and Park,
+    Modern Robotics, example 2.7: 15 freedoms). It moves as with hinges there.
+    """
+    hinged = parakin.load("delta-revolute")
+    joints = tuple(
+        joint.model_copy(update={"kind": "spherical"}) if joint.name[0] in "CDEF" else joint
+        for joint in hinged.joints
+    )
+    balls = hinged.model_copy(update={"joints": joints})
+    driven = ["platform.x", "platform.y", "platform.z"]
+    solvers = [parakin.compile(m, driven, machine_code=False) for m in (hinged, balls)]
+    graph = graph_of(balls)
+    found = mobility(graph, assembled(graph))
+    assert (found.generic, len(found.idle)) == (15, 12)
+    move = 0.05 * np.random.default_rng(0).uniform(-1, 1, (3, 50))
+    motors = []
+    for solver in solvers:
+        tick = solver.at(np.array([[solver.home[n]] for n in driven]) + move)
+        assert not np.any(tick.status)
+        motors.append(tick.position[[solver.coordinates.index(n) for n in ("A1", "A2", "A3")]])
+    np.testing.assert_allclose(*motors, rtol=0, atol=1e-12)
+
+
+def test_a_link_that_dangles_is_not_idle() -> None:
+    """A crank beside a four-bar, on a hinge and nothing else: it is for the user to hold."""
+    mechanism = parakin.load("four-bar")
+    beside = mechanism.model_copy(
+        update={
+            "bodies": (*mechanism.bodies, parakin.Body(name="beside")),
+            "joints": (
+                *mechanism.joints,
+                parakin.Joint(name="E", kind="revolute", parent="base", child="beside"),
+            ),
+        }
+    )
+    with pytest.raises(parakin.DrivenError, match="not determined: E"):
+        parakin.compile(beside, machine_code=False)
 
 
 def level(at: Mapping[str, float]) -> bool:

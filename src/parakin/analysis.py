@@ -137,13 +137,14 @@ def idle_coordinates(graph: Graph, samples: Sequence[Configuration]) -> list[int
     found: list[int] | None = None
     tree = graph.posed_tree()
     for at in samples:
-        motions = freedoms(graph, tree, configure(graph, tree, at.q))
+        there = configure(graph, tree, at.q)
+        motions = freedoms(graph, tree, there)
         motions = motions / coordinate_scales(graph)[:, None]
         if not watched or not motions.shape[1]:
             return []
         _, sizes, right = np.linalg.svd(motions[watched])
         loose = motions @ right[int((sizes > 1e-7).sum()) :].T
-        if not loose.shape[1] or not is_idle(graph, loose):
+        if not loose.shape[1] or not is_idle(there, loose):
             return []
         found = found or holders(loose)
     return found or []

@@ -19,8 +19,8 @@ from parakin import closure
 from parakin.closure import Row
 from parakin.errors import AssemblyError
 from parakin.graph import Graph, Tree
-from parakin.recursion import Circuits, Pose, Turn, slide, step_pose, turn
-from parakin.spatial import ARRAYS, FLOATS, Scalar, column, dot
+from parakin.recursion import Circuits, Pose, Turn, pair_velocity, slide, step_pose, turn
+from parakin.spatial import ARRAYS, FLOATS, Scalar, Vector, column, dot
 
 FloatArray = NDArray[np.float64]
 
@@ -28,6 +28,7 @@ _NOTHING = 1e-14  # a home value this small is round-off of zero; exact zeros ma
 CLOSED = 1e-12  # of the characteristic length
 _SHAKES = (0.02, 0.1, *(0.3, 1.0, 3.0) * 16)  # of starts around a guess [rad]
 _TRIES = 3  # of these, as long as the loops do not close at all
+_RESTS = 1e-7  # rates below this, scaled, are none
 _STRAY = 1e-6  # a step further than this, from where loops are closed, chases round-off
 _RANK = 1e-8  # singular values below this part of the largest count as zero
 
@@ -412,16 +413,37 @@ def freedoms(
     return motions
 
 
-def is_idle(graph: Graph, motions: FloatArray) -> bool:
-    """Whether these motions leave platform and actuators alone and turn balls (or cylindrical
-    joints) only, as a leg spinning between its two spherical joints does.
+def is_idle(at: Configuration, motions: FloatArray) -> bool:
+    """Whether these motions (scaled) leave platform and actuators alone and only spin bodies: legs
+    between two spherical joints, or a crossbar on a hinge and on balls, about a line on which
+    all joints of theirs lie.
     """
-    moved = {k for k in range(len(motions)) if np.abs(motions[k]).max(initial=0.0) > 1e-7}
-    joints = {graph.coordinates[k].joint for k in moved}
-    return all(
-        graph.joints[j].kind in ("spherical", "cylindrical") and not graph.joints[j].actuated
-        for j in joints
+    graph = at.circuits.graph
+    moved = {k for k in range(len(motions)) if np.abs(motions[k]).max(initial=0.0) > _RESTS}
+    joints = [graph.joints[j] for j in {graph.coordinates[k].joint for k in moved}]
+    if any(joint.actuated or joint.name == "platform" for joint in joints):
+        return False
+    hinges = [joint for joint in joints if joint.kind not in ("spherical", "cylindrical")]
+    if not hinges:
+        return True
+    on = [body for joint in graph.joints for body in (joint.parent, joint.child)]
+    carried = all(on.count(body) > 1 for j in hinges for body in (j.parent, j.child) if body)
+    if not carried or any(joint.kind != "revolute" for joint in hinges):
+        return False
+    rates = motions * coordinate_scales(graph)[:, None]
+    return not any(
+        np.abs(_velocities(at.circuits, body, end.p, rates)).max() > _RESTS * graph.length
+        for joint, ends in zip(graph.joints, at.ends, strict=True)
+        for body, end in ((joint.parent, ends.F), (joint.child, ends.M))
     )
+
+
+def _velocities(circuits: Circuits, body: int, point: Vector, rates: FloatArray) -> FloatArray:
+    """Of a point on a body, (3, n), for n sets of rates."""
+    total = np.zeros((3, rates.shape[1]))
+    for k, (axis, sign) in circuits.axes(body).items():
+        total += np.outer(pair_velocity(axis, sign, point)[1], rates[k])
+    return total
 
 
 def holders(motions: FloatArray) -> list[int]:

@@ -169,7 +169,8 @@ def check_driven(
     tree = graph.posed_tree()
     held: list[int] = []
     for at in (*samples, home):
-        motions = freedoms(graph, tree, configure(graph, tree, at.q))
+        there = configure(graph, tree, at.q)
+        motions = freedoms(graph, tree, there)
         scaled = motions / coordinate_scales(graph)[:, None]
         mobility = motions.shape[1]
         given = scaled[list(driven)]
@@ -193,7 +194,7 @@ def check_driven(
         if mobility == rank:
             continue
         loose = scaled @ (right[rank:].T if right is not None else np.eye(mobility))
-        if is_idle(graph, loose):
+        if is_idle(there, loose):
             held = held or holders(loose)
             continue
         moved = [

@@ -75,8 +75,8 @@ class Solver:
     """A compiled mechanism; made by `parakin.compile`.
 
     `driven`, `coordinates`: names, in the order of rows. `derivatives`: how many. `home`:
-    position of every coordinate and cone angle at home, by name [m, rad]. `iterated`: coordinates that are found
-    by iteration and not in closed form.
+    position of every coordinate and cone angle at home, by name [m, rad]. `iterated`: coordinates
+    that are found by iteration and not in closed form.
     """
 
     def __init__(
