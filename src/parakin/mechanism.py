@@ -18,6 +18,8 @@ from parakin.errors import InputError, nearest
 from parakin.expressions import Value, is_parameter_name
 from parakin.validation import Table, input_error
 
+MAX_JOINTS = 400  # and coordinates: what is solved in Python, before there is machine code, takes
+# its time for each, so that a check of more would take minutes where it does not close
 Quantity = StrictInt | StrictFloat | str
 
 
@@ -217,6 +219,10 @@ def _check_names(mechanism: Mechanism) -> None:
         raise InputError(f"{mechanism.where}: joints", f"two named {twice!r}", "distinct names")
     if not mechanism.joints:
         raise InputError(f"{mechanism.where}: joints", "none", "at least one joint")
+    for what, count in (("joints", len(mechanism.joints)), ("bodies", len(mechanism.bodies))):
+        if count > MAX_JOINTS + (what == "bodies"):
+            expected = f"at most {MAX_JOINTS} joints, and the bodies that they join"
+            raise InputError(f"{mechanism.where}: {what}", f"{count}", expected)
     for joint in mechanism.joints:
         place = f"{mechanism.where}: joints.{joint.name}"
         for role, name in (("parent", joint.parent), ("child", joint.child)):
