@@ -56,8 +56,8 @@ def seeds(folder: Path) -> None:
     write([solver.solve(solver.motion(motion, rate=10))], folder / "motion.csv")
     (folder / "csv").write_bytes(b"\4" + (folder / "motion.csv").read_bytes())
     (folder / "motion.csv").unlink()
-    law = 'duration = "2 s"\n[laws]\n%s = { law = "poly345", by = "10 deg" }\n' % solver.driven[0]
-    (folder / "law").write_bytes(b"\5" + law.encode())
+    law = f'{solver.driven[0]} = {{ law = "poly345", by = "10 deg" }}'
+    (folder / "law").write_bytes(f'\5duration = "2 s"\n[laws]\n{law}\n'.encode())
 
 
 def readers(folder: Path) -> list[tuple[str, Callable[[Path], object]]]:

@@ -177,7 +177,8 @@ def close(
 ) -> tuple[Configuration, float]:
     """Close the loops from `start`, holding some coordinates: damped Gauss-Newton, least motion.
 
-    steps: at most so many, of large mechanisms fewer. Returns the configuration reached and the norm of its scaled gaps, closed or not.
+    steps: at most so many, of large mechanisms fewer. Returns the configuration reached and the
+    norm of its scaled gaps, closed or not.
     """
     steps = min(steps, max(20, _WORK // max(1, len(graph.coordinates))))
     with np.errstate(all="ignore"):  # dimensions beyond reason come out as not closed

@@ -244,7 +244,10 @@ def _screwed(links: Sequence[Link], screws: Sequence[Link], origin: str) -> list
     """
     result = list(links)
     for screw in screws:
-        ends = [[k for k in result if k.name == name] for name in (screw.parent, screw.child)]
+        ends = [
+            [link for link in result if link.name == name and not link.pitch]
+            for name in (screw.parent, screw.child)
+        ]
         if not all(ends):
             found = f"a joint of a screw made already, {screw.parent!r} or {screw.child!r}"
             raise InputError(f"{origin}: {screw.name}", found, "one coupling for each joint")
