@@ -127,7 +127,8 @@ def _skeleton(root: _Element, origin: str) -> _Element:
     skeleton = kept(root)
     compiler = etree.Element("compiler")
     for element in root.iterfind("compiler"):  # the last word counts, as in MuJoCo
-        compiler.attrib.update(_attributes(element, _KEPT["compiler"]))
+        for key, value in _attributes(element, _KEPT["compiler"]).items():
+            compiler.set(key, value)
     compiler.attrib.update({"boundmass": "1", "boundinertia": "1", "fusestatic": "false"})
     skeleton.insert(0, compiler)
     return skeleton
