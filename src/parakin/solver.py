@@ -6,6 +6,7 @@ arrays; `solve` a motion, as a labelled Dataset; `stream` a motion of any length
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -146,6 +147,7 @@ class Solver:
         Raises InputError on arrays of the wrong shape.
         """
         inputs = self._inputs_of(y, yd, ydd, yddd)
+        moving = not (yd is None and ydd is None and yddd is None)
         walked: StatusArray | int = 0
         if self._iterated:
             out, walked = self._iterate(inputs, guess)
@@ -170,6 +172,8 @@ class Solver:
         if out.ndim == 1:
             residual, conditioning = float(out[checks]), float(out[checks + 1])
             good = residual <= self.layout.tolerance and conditioning >= SINGULAR
+            if moving and not math.isfinite(out[:checks].sum()):
+                good, walked = False, walked or Status.OUT_OF_REACH
             if good and not far and not walked:
                 return Tick(position, velocity, acceleration, 0, residual, conditioning, jerk)
             verdict = int(classify(out[:, None], self.layout)[0]) or int(Status.BRANCH_CHANGE)
@@ -179,6 +183,9 @@ class Solver:
             return Tick(position, velocity, acceleration, verdict, residual, conditioning, jerk)
         status = np.where(walked, walked, classify(out, self.layout)).astype(np.int8)
         status[(status == Status.CONVERGED) & far] = Status.BRANCH_CHANGE
+        if moving:  # rates may be what is no number, or too large for one
+            beyond = ~np.isfinite(out[:checks].sum(axis=0))
+            status[(status == Status.CONVERGED) & beyond] = Status.OUT_OF_REACH
         if status.any():
             out[:checks, status > 0] = np.nan
         residual, conditioning = out[checks], out[checks + 1]
