@@ -159,7 +159,8 @@ def mobility_at(graph: Graph, at: Configuration, freed: Sequence[int] = ()) -> i
     extra = {k: _extra_screws(graph, at, k) for k in freed}
     width: int = len(graph.coordinates) + sum(screws.shape[1] for screws in extra.values())
     loops: list[FloatArray] = []
-    onward = _onward(graph)
+    onward = {k: -1.0 if reverse else 1.0 for k, reverse in tree.steps}
+    leading = _leading(graph)
     screws_at = _full_screws(graph, at)
     for cut in tree.cuts:
         weights = signs[cut].copy()
@@ -168,7 +169,9 @@ def mobility_at(graph: Graph, at: Configuration, freed: Sequence[int] = ()) -> i
         block[:, : len(scales)] = screws_at * weights * scales
         place = len(scales)
         for k, screws in extra.items():
-            sign = -1.0 if k == cut else _joint_sign(graph, cut, k, onward)
+            ahead, behind = leading[graph.joints[cut].child], leading[graph.joints[cut].parent]
+            # How the twist of a joint enters the loop of the one that is cut.
+            sign = -1.0 if k == cut else onward.get(k, 0.0) * ((k in ahead) - (k in behind))
             block[:, place : place + screws.shape[1]] = sign * screws
             place += screws.shape[1]
         if graph.joints[cut].kind == "rod":  # one row, not six: nothing but its length is kept
@@ -194,26 +197,14 @@ def _full_screws(graph: Graph, at: Configuration) -> FloatArray:
     return screws
 
 
-def _onward(graph: Graph) -> dict[int, float]:
-    return {k: -1.0 if reverse else 1.0 for k, reverse in graph.tree().steps}
-
-
-def _joint_sign(graph: Graph, cut: int, k: int, onward: dict[int, float]) -> float:
-    """How a tree joint's twist enters the loop of a cut one."""
-    if k not in onward:
-        return 0.0
-    ahead = _joints_to(graph, graph.joints[cut].child)
-    behind = _joints_to(graph, graph.joints[cut].parent)
-    return onward[k] * ((k in ahead) - (k in behind))
-
-
-def _joints_to(graph: Graph, body: int) -> set[int]:
+def _leading(graph: Graph) -> dict[int, set[int]]:
+    """By body, the joints that lead to it from the base."""
     reached = {0: set[int]()}
     for k, reverse in graph.tree().steps:
         joint = graph.joints[k]
         near, far = (joint.child, joint.parent) if reverse else (joint.parent, joint.child)
         reached[far] = reached[near] | {k}
-    return reached[body]
+    return reached
 
 
 def _extra_screws(graph: Graph, at: Configuration, k: int) -> FloatArray:

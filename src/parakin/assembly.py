@@ -30,6 +30,8 @@ _SHAKES = (0.02, 0.1, *(0.3, 1.0, 3.0) * 16)  # of starts around a guess [rad]
 _TRIES = 3  # of these, as long as the loops do not close at all
 _RESTS = 1e-7  # rates below this, scaled, are none
 _STRAY = 1e-6  # a step further than this, from where loops are closed, chases round-off
+_WORK = 10_000  # steps of closing times coordinates: some four seconds
+_NEARBY_STEPS = 60  # ten will do, if not at a singularity
 _RANK = 1e-8  # singular values below this part of the largest count as zero
 
 
@@ -179,8 +181,10 @@ def close(
 ) -> tuple[Configuration, float]:
     """Close the loops from `start`, holding some coordinates: damped Gauss-Newton, least motion.
 
-    Returns the configuration reached and the norm of its scaled gaps, closed or not.
+    steps: at most so many, of large mechanisms fewer. Returns the configuration reached and the
+    norm of its scaled gaps, closed or not.
     """
+    steps = min(steps, max(20, _WORK // max(1, len(graph.coordinates))))
     with np.errstate(all="ignore"):  # dimensions beyond reason come out as not closed
         return _closed(graph, tree, start, held, steps)
 
@@ -470,13 +474,13 @@ def neighbours(
     motions = freedoms(graph, tree, home)
     if motions.shape[1] == 0:
         return [home] * count
-    for _ in range(4 * count):
-        if len(found) == count:
-            break
+    for attempt in range(4 * count):
+        if len(found) == count or attempt >= count + 3 * len(found):
+            break  # all there, or all but hopeless
         mix = rng.normal(size=motions.shape[1])
         move = motions @ mix
         move *= size * rng.uniform(0.3, 1.0) / np.abs(move / coordinate_scales(graph)).max()
-        at, norm = close(graph, tree, home.q + move)
+        at, norm = close(graph, tree, home.q + move, steps=_NEARBY_STEPS)
         if norm < CLOSED:
             found.append(at)
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tempfile
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -24,6 +25,10 @@ from parakin.validation import AnyModel, validated
 
 MAX_BYTES = 1_000_000
 _MAX_DEPTH = 12
+_MAX_DIGITS = 1000
+_MAX_BITS = 10_000  # of whole numbers; Python writes them out, in a message, up to some 14,000
+_TOML_TEXT = re.compile(r"""\"(?:[^"\\\n]|\\.)*+"?|'[^'\n]*+'?""")
+_LONG_KEY = re.compile(r"(?:\.[ \t]*[\w-]++[ \t]*+){100}")  # a.b.c...: tomllib takes its square
 _TOO_DEEP = (f"lists or tables more than {_MAX_DEPTH} deep", "fewer inside one another")
 _COORDINATE_TABLES = ("home", "stated", "guess", "limits")
 
@@ -197,6 +202,8 @@ def _reason(error: OSError) -> str:
 
 def parse_toml(text: str, origin: str) -> dict[str, Any]:
     """TOML as nested tables. Raises InputError with the line of a syntax error."""
+    if _LONG_KEY.search(_TOML_TEXT.sub("text", text)):
+        raise InputError(origin, *_TOO_DEEP)
     try:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -205,8 +212,7 @@ def parse_toml(text: str, origin: str) -> dict[str, Any]:
         raise InputError(origin, *_TOO_DEEP) from None
     except (ValueError, OverflowError) as error:
         raise InputError(origin, f"a value that cannot be read: {error}", "TOML") from None
-    if _depth(table) > _MAX_DEPTH:
-        raise InputError(origin, *_TOO_DEEP)
+    _check_values(table, origin)
     return table
 
 
@@ -218,10 +224,18 @@ def parse_yaml(text: str, origin: str) -> dict[str, Any]:
         raise not_installed(origin, "PyYAML") from None
 
     try:
+        depth = 0  # looked at first: libyaml's own stack is what deep nesting fills otherwise
         for event in yaml.parse(text, yaml.CSafeLoader):
             if isinstance(event, yaml.AliasEvent):
                 raise InputError(origin, "a reference (*name)", "values written out")
-        table = yaml.load(text, yaml.CSafeLoader)
+            depth += isinstance(event, yaml.CollectionStartEvent)
+            depth -= isinstance(event, yaml.CollectionEndEvent)
+            if depth > _MAX_DEPTH:
+                raise InputError(origin, *_TOO_DEEP)
+        loader = yaml.CSafeLoader(text)
+        node = loader.get_single_node()
+        _check_nodes(node, origin)
+        table = None if node is None else loader.construct_document(node)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         line = "" if mark is None else f", line {mark.line + 1}"
@@ -230,26 +244,53 @@ def parse_yaml(text: str, origin: str) -> dict[str, Any]:
         raise InputError(origin, f"a syntax error: {error}", "YAML") from None
     except (RecursionError, ValueError, OverflowError, TypeError) as error:
         raise InputError(origin, f"a value that cannot be read: {error}", "YAML") from None
-    if _depth(table) > _MAX_DEPTH:
-        raise InputError(origin, *_TOO_DEEP)
+    _check_values(table, origin)
     if not isinstance(table, dict):
         raise InputError(origin, f"{table!r:.80}", "a table of loops")
     return table
 
 
-def _depth(value: object) -> int:
-    level, depth = [value], 0
+def _check_nodes(node: Any, origin: str) -> None:
+    """Raises InputError on a key that stands twice in a table, of which YAML takes the last, and
+    on numbers that take long to read.
+    """
+    waiting = [] if node is None else [node]
+    while waiting:
+        value, tag = waiting[-1].value, waiting.pop().tag
+        if isinstance(value, str):
+            if len(value) > _MAX_DIGITS and tag.endswith((":int", ":float")):
+                raise InputError(origin, f"a number of {len(value)} characters", "a shorter one")
+            continue
+        seen: set[str] = set()
+        for item in value:
+            if not isinstance(item, tuple):
+                waiting.append(item)
+                continue
+            waiting += item
+            key = item[0].value if isinstance(item[0].value, str) else ""
+            if key in seen:
+                place = f"{origin}, line {item[0].start_mark.line + 1}"
+                raise InputError(place, f"{key!r:.80} twice", "one value")
+            seen |= {key} if key else set()
+
+
+def _check_values(table: object, origin: str) -> None:
+    """Raises InputError on tables too deep to be meant, and on numbers too long to be written."""
+    level, depth = [table], 0
     while level:
         depth += 1
         if depth > _MAX_DEPTH:
-            break
-        level = [
-            inner
-            for item in level
-            if isinstance(item, (dict, list))
-            for inner in (item.values() if isinstance(item, dict) else item)
-        ]
-    return depth
+            raise InputError(origin, *_TOO_DEEP)
+        inside: list[object] = []
+        for item in level:
+            if isinstance(item, dict):
+                inside += [*item.keys(), *item.values()]
+            elif isinstance(item, (list, tuple, set)):
+                inside += item
+            elif isinstance(item, int) and item.bit_length() > _MAX_BITS:
+                found = f"a whole number of {item.bit_length()} bits"
+                raise InputError(origin, found, f"at most {_MAX_BITS}")
+        level = inside
 
 
 def mechanism_from_table(table: Mapping[str, Any], origin: str) -> Mechanism:

@@ -245,14 +245,20 @@ def _screwed(links: Sequence[Link], screws: Sequence[Link], origin: str) -> list
     """
     result = list(links)
     for screw in screws:
-        hinge = next(link for link in result if link.name == screw.parent)
-        slide = next(link for link in result if link.name == screw.child)
+        ends = [
+            [link for link in result if link.name == name and not link.pitch]
+            for name in (screw.parent, screw.child)
+        ]
+        if not all(ends):
+            found = f"a joint of a screw made already, {screw.parent!r} or {screw.child!r}"
+            raise InputError(f"{origin}: {screw.name}", found, "one coupling for each joint")
+        (hinge, *_), (slide, *_) = ends
         first, second = (hinge, slide) if hinge.child == slide.parent else (slide, hinge)
         onto = then(inverse(first.M), second.F)  # the one joint's frame in the other's, at zero
         off = (onto.p[0], onto.p[1], 0.0)
-        ends = [n for link in result for n in (link.parent, link.child)]
+        joined = [n for link in result for n in (link.parent, link.child)]
         alike = not _differ(column(onto.R, 2), (0.0, 0.0, 1.0)) and not _differ(off, ZERO)
-        if first.child != second.parent or ends.count(first.child) != 2 or not alike:
+        if first.child != second.parent or joined.count(first.child) != 2 or not alike:
             raise InputError(
                 f"{origin}: {screw.name}",
                 f"{slide.name!r} following {hinge.name!r}",

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from parakin import spatial
 from parakin.errors import InputError, nearest
 from parakin.expressions import ANGLE, LENGTH, Dimension, Parameters
-from parakin.mechanism import Frame, Mechanism
+from parakin.mechanism import MAX_JOINTS, Frame, Mechanism
 from parakin.spatial import IDENTITY, Matrix, Vector
 
 AXES = {"x": 0, "y": 1, "z": 2}
@@ -372,6 +372,9 @@ def graph_of(mechanism: Mechanism) -> Graph:
         for k, pair in enumerate(pairs, start=1):
             name = joint.name if len(pairs) == 1 else f"{joint.name}.{k}"
             named.append((name, len(joints) - 1, not pair.slides, k in moved))
+    if len(named) > MAX_JOINTS:
+        expected = f"at most {MAX_JOINTS}"
+        raise InputError(f"{where}: joints", f"{len(named)} coordinates", expected)
     if mechanism.platform is not None:
         platform = mechanism.platform
         origin = points[f"{platform.body}.{platform.point}"][1] if platform.point else (0.0,) * 3

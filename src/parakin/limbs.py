@@ -16,6 +16,7 @@ from parakin.expressions import Value
 from parakin.validation import Table, validated
 
 MAX_LIMBS = 1000
+_MAX_TEXT = 1_000_000  # characters when spelt out, as much as a file may have
 _PLAIN = ("kind", "parent", "child")  # texts that are names, never expressions
 
 
@@ -40,11 +41,16 @@ def spelt_out(table: Mapping[str, Any], origin: str) -> dict[str, Any]:
     limbs = table.get("limbs", {})
     if not isinstance(limbs, Mapping):
         raise InputError(f"{origin}: limbs", repr(limbs)[:80], "[limbs.NAME] tables")
+    left = _MAX_TEXT
     for name, data in limbs.items():
         place = f"{origin}: limbs.{name}"
         limb = validated(_Limb, data, place)
         if not 1 <= limb.count <= MAX_LIMBS:
             raise InputError(f"{place}.count", str(limb.count), f"1 to {MAX_LIMBS}")
+        left -= limb.count * _size(data)
+        if left < 0:
+            found = f"{limb.count} limbs of {_size(data)} characters"
+            raise InputError(place, found, f"at most {_MAX_TEXT} characters in all limbs")
         for key, values in limb.each.items():
             if not key.isidentifier():
                 raise InputError(
@@ -57,6 +63,11 @@ def spelt_out(table: Mapping[str, Any], origin: str) -> dict[str, Any]:
         for number in range(1, limb.count + 1):
             _add(result, limb, str(name), number, place)
     return result
+
+
+def _size(data: Mapping[str, Any]) -> int:
+    """Characters of one limb, less the values in lists of which it takes one."""
+    return len(repr({key: value for key, value in data.items() if key != "each"}))
 
 
 def _add(result: dict[str, Any], limb: _Limb, name: str, number: int, place: str) -> None:

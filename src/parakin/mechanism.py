@@ -18,6 +18,8 @@ from parakin.errors import InputError, nearest
 from parakin.expressions import Value, is_parameter_name
 from parakin.validation import Table, input_error
 
+MAX_JOINTS = 400  # and coordinates: what is solved in Python, before there is machine code, takes
+# its time for each, so that a check of more would take minutes where it does not close
 Quantity = StrictInt | StrictFloat | str
 
 
@@ -217,6 +219,10 @@ def _check_names(mechanism: Mechanism) -> None:
         raise InputError(f"{mechanism.where}: joints", f"two named {twice!r}", "distinct names")
     if not mechanism.joints:
         raise InputError(f"{mechanism.where}: joints", "none", "at least one joint")
+    for what, count in (("joints", len(mechanism.joints)), ("bodies", len(mechanism.bodies))):
+        if count > MAX_JOINTS + (what == "bodies"):
+            expected = f"at most {MAX_JOINTS} joints, and the bodies that they join"
+            raise InputError(f"{mechanism.where}: {what}", f"{count}", expected)
     for joint in mechanism.joints:
         place = f"{mechanism.where}: joints.{joint.name}"
         for role, name in (("parent", joint.parent), ("child", joint.child)):
@@ -267,17 +273,30 @@ def _check_platform(mechanism: Mechanism, bodies: set[str]) -> None:
 
 
 def _check_connected(mechanism: Mechanism, bodies: set[str]) -> None:
-    reached = {mechanism.base}
-    edges = [(joint.parent, joint.child) for joint in mechanism.joints]
-    growing = True
+    loose = _loose(mechanism.base, bodies, [(j.parent, j.child) for j in mechanism.joints])
+    if loose:
+        raise InputError(
+            f"{mechanism.where}: bodies",
+            f"{', '.join(loose)} not connected to {mechanism.base!r}",
+            "joints that connect every body to the base",
+        )
+    edges = [(j.parent, j.child) for j in mechanism.joints if j.kind != "rod"]
+    if mechanism.platform is not None:
+        edges.append((mechanism.base, mechanism.platform.body))
+    loose = _loose(mechanism.base, bodies, edges)
+    if loose:
+        raise InputError(
+            f"{mechanism.where}: bodies",
+            f"{', '.join(loose)} held by rods alone",
+            "another joint to every body, or the platform: rods have no coordinates to place it by",
+        )
+
+
+def _loose(base: str, bodies: set[str], edges: list[tuple[str, str]]) -> list[str]:
+    """Bodies to which no way leads from the base."""
+    reached, growing = {base}, True
     while growing:
         more = {b for edge in edges for b in edge if reached & set(edge)} - reached
         reached |= more
         growing = bool(more)
-    if bodies - reached:
-        loose = ", ".join(sorted(bodies - reached))
-        raise InputError(
-            f"{mechanism.where}: bodies",
-            f"{loose} not connected to {mechanism.base!r}",
-            "joints that connect every body to the base",
-        )
+    return sorted(bodies - reached)

@@ -8,6 +8,7 @@ file is opened but the one that was named.
 from __future__ import annotations
 
 import math
+import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -52,6 +53,11 @@ _KEPT: dict[str, set[str]] = {
     },
 }
 _KEPT_COUPLING = {"name", "class", "active", "joint1", "joint2", "polycoef"}
+_NUMBERS = {
+    *("pos", "axis", "range", "ref", "fromto", "anchor", "relpose", "torquescale", "polycoef"),
+    *_TURN,
+}
+_HUGE = 1e10  # what MuJoCo itself takes for out of bounds
 _ELSEWHERE = {
     "include": "one file, with what it includes written out",
     "attach": "one file, with what it attaches written out",
@@ -70,12 +76,15 @@ def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
     from lxml import etree
 
     skeleton = _skeleton(root, origin)
-    bodies = list(skeleton.iter("body", "joint", "freejoint"))
-    if len(bodies) > 4 * MAX_JOINTS:
-        raise InputError(origin, f"{len(bodies)} bodies and joints", f"at most {4 * MAX_JOINTS}")
+    parts = list(skeleton.iter("body", "joint", "freejoint", "connect", "weld"))
+    if len(parts) > 4 * MAX_JOINTS:
+        found = f"{len(parts)} bodies, joints and loops"
+        raise InputError(origin, found, f"at most {4 * MAX_JOINTS}")
     try:
-        spec = mujoco.MjSpec.from_string(etree.tostring(skeleton, encoding="unicode"))
-        model = spec.compile()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of inertias, which are none of ours
+            spec = mujoco.MjSpec.from_string(etree.tostring(skeleton, encoding="unicode"))
+            model = spec.compile()
     except (ValueError, RuntimeError) as error:
         reason = " ".join(str(error).split())
         raise InputError(origin, f"what MuJoCo refuses: {reason}", "a MuJoCo model") from None
@@ -100,9 +109,10 @@ def _skeleton(root: _Element, origin: str) -> _Element:
         coupling = within is not None and within.tag == "equality"
         keys = _KEPT_COUPLING if element.tag == "joint" and coupling else _KEPT[element.tag]
         made = etree.Element(element.tag)
-        for key, value in element.attrib.items():
-            if key in keys:
-                made.set(key, value)
+        for key, value in _attributes(element, keys).items():
+            if key in _NUMBERS:
+                _check_numbers(value, f"{origin}, line {element.sourceline}: {key}")
+            made.set(key, value)
         if element.tag == "site" and not inside_default:
             made.set("type", "capsule" if "fromto" in made.attrib else "sphere")
             made.set("size", "0.01")
@@ -118,10 +128,28 @@ def _skeleton(root: _Element, origin: str) -> _Element:
     skeleton = kept(root)
     compiler = etree.Element("compiler")
     for element in root.iterfind("compiler"):  # the last word counts, as in MuJoCo
-        compiler.attrib.update({k: v for k, v in element.attrib.items() if k in _KEPT["compiler"]})
+        for key, value in _attributes(element, _KEPT["compiler"]).items():
+            compiler.set(key, value)
     compiler.attrib.update({"boundmass": "1", "boundinertia": "1", "fusestatic": "false"})
     skeleton.insert(0, compiler)
     return skeleton
+
+
+def _attributes(element: _Element, keys: set[str]) -> dict[str, str]:
+    """Those of an element's attributes that have these names, looked up one by one: to list all
+    takes lxml the square of their number.
+    """
+    found = {key: element.get(key) for key in sorted(keys)}
+    return {key: value for key, value in found.items() if value is not None}
+
+
+def _check_numbers(text: str, place: str) -> None:
+    """Raises InputError on what MuJoCo would warn of in a file of its own, or not notice."""
+    try:
+        if "_" in text or not all(abs(float(word)) < _HUGE for word in text.split()):
+            raise ValueError
+    except ValueError:
+        raise InputError(place, f"{text!r:.80}", f"finite numbers below {_HUGE:g}") from None
 
 
 def _home(root: _Element, model: Any) -> list[float]:

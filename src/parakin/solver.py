@@ -6,6 +6,7 @@ arrays; `solve` a motion, as a labelled Dataset; `stream` a motion of any length
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -151,6 +152,7 @@ class Solver:
         if guess is not None and len(guess) != len(self.coordinates):
             found = f"{len(guess)} rows"
             raise InputError("guess", found, f"{len(self.coordinates)}: one per coordinate")
+        moving = not (yd is None and ydd is None and yddd is None)
         walked: StatusArray | int = 0
         if self._iterated:
             out, walked = self._iterate(inputs, guess)
@@ -175,6 +177,8 @@ class Solver:
         if out.ndim == 1:
             residual, conditioning = float(out[checks]), float(out[checks + 1])
             good = residual <= self.layout.tolerance and conditioning >= SINGULAR
+            if moving and not math.isfinite(out[:checks].sum()):
+                good, walked = False, walked or Status.OUT_OF_REACH
             if good and not far and not walked:
                 return Tick(position, velocity, acceleration, 0, residual, conditioning, jerk)
             verdict = int(classify(out[:, None], self.layout)[0]) or int(Status.BRANCH_CHANGE)
@@ -184,6 +188,9 @@ class Solver:
             return Tick(position, velocity, acceleration, verdict, residual, conditioning, jerk)
         status = np.where(walked, walked, classify(out, self.layout)).astype(np.int8)
         status[(status == Status.CONVERGED) & far] = Status.BRANCH_CHANGE
+        if moving:  # rates may be what is no number, or too large for one
+            beyond = ~np.isfinite(out[:checks].sum(axis=0))
+            status[(status == Status.CONVERGED) & beyond] = Status.OUT_OF_REACH
         if status.any():
             out[:checks, status > 0] = np.nan
         residual, conditioning = out[checks], out[checks + 1]

@@ -141,7 +141,7 @@ def _netcdf(windows: Iterable[xr.Dataset], path: Path) -> None:
             if "time" not in variable.dims:
                 made[...] = values.astype(object) if text else values
         if "coordinate" in first:
-            for name in {*ORDERS, "home"} & set(first):
+            for name in (name for name in (*ORDERS, "home") if name in first):
                 file[name].attrs["coordinates"] = "unit actuated driven"
         _append(file, first, 0)
         total = first.sizes["time"]

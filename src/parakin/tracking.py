@@ -198,6 +198,13 @@ def walk(
     Takes outputs with one derivative at least, by which each step is foretold; in those returned
     driven coordinates move at `goal` less where they began.
     """
+    with np.errstate(all="ignore"):  # goals beyond all numbers are flagged like any out of reach
+        return _walked(run, layout, begin, goal)
+
+
+def _walked(
+    run: Run, layout: Layout, begin: State, goal: FloatArray
+) -> tuple[FloatArray, StatusArray]:
     n, k = goal.shape[1], len(goal)
     start = begin.driven[0][:, None]
     driven = np.zeros((len(layout.found), k, n))

@@ -242,10 +242,10 @@ def _told(
     values = told.get("home", {})
     if not isinstance(values, Mapping):
         raise InputError(f"{place}: home", f"{values!r:.80}", "positions by joint")
-    joints = {link.name for link in links}
+    joints = [link.name for link in links]
     for name in [*motors, *values]:
         if name not in joints:
-            raise InputError(place, f"unknown joint {name!r}", nearest(str(name), joints))
+            raise InputError(place, f"unknown joint {name!r:.80}", nearest(str(name), joints))
     changed = _changed(told, place)
     made = []
     for link in links:
