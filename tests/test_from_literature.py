@@ -341,7 +341,7 @@ def test_the_textbook_delta_has_twelve_idle_freedoms() -> None:
         tick = solver.at(np.array([[solver.home[n]] for n in driven]) + move)
         assert not np.any(tick.status)
         motors.append(tick.position[[solver.coordinates.index(n) for n in ("A1", "A2", "A3")]])
-    np.testing.assert_allclose(*motors, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(motors[0], motors[1], rtol=0, atol=1e-12)
 
 
 def test_a_link_that_dangles_is_not_idle() -> None:
