@@ -421,7 +421,11 @@ REFUSED: dict[str, tuple[str, str, str]] = {
         f'<mujoco>{BARS}<equality><joint joint1="A" joint2="B"/></equality></mujoco>',
         "parakin knows no gears",
     ),
-    "senseless": ("a.xml", "<mujoco><worldbody><body childclass='a'/></worldbody></mujoco>", "refuses"),
+    "senseless": (
+        "a.xml",
+        "<mujoco><worldbody><body childclass='a'/></worldbody></mujoco>",
+        "refuses",
+    ),
     "no number": (
         "a.xml",
         "<mujoco><worldbody><body pos='a'/></worldbody></mujoco>",

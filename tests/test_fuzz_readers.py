@@ -390,6 +390,11 @@ CASES: dict[str, tuple[str, str | bytes, str | None]] = {
         JOINT.replace('"revolute"', '"rod"').replace("child", "length = 1\nchild"),
         "a held by rods alone",
     ),
+    "variant of limbs alone": (
+        ".toml",
+        'variant_of = "gough-stewart"\n[joints.J]\nkind = "revolute"',
+        "joints.J: found no key 'parent'",
+    ),
     # nothing at all
     "empty XML": (".xml", "", "an empty file"),
     "empty URDF": (".urdf", " \n", "an empty file"),
