@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _STEPS = 3  # Newton steps per run of a kernel: round-off from one or two hundredths away
+_WILD = 1e100
 _SPREAD = 8192  # batches smaller than this are not worth a second core
 
 
@@ -153,6 +154,7 @@ class Solver:
             found = f"{len(guess)} rows"
             raise InputError("guess", found, f"{len(self.coordinates)}: one per coordinate")
         moving = not (yd is None and ydd is None and yddd is None)
+        wild = moving and not _tame(inputs)  # rates that are no numbers, or too large for one
         walked: StatusArray | int = 0
         if self._iterated:
             out, walked = self._iterate(inputs, guess)
@@ -177,7 +179,7 @@ class Solver:
         if out.ndim == 1:
             residual, conditioning = float(out[checks]), float(out[checks + 1])
             good = residual <= self.layout.tolerance and conditioning >= SINGULAR
-            if moving and not math.isfinite(out[:checks].sum()):
+            if wild and not math.isfinite(out[:checks].sum()):
                 good, walked = False, walked or Status.OUT_OF_REACH
             if good and not far and not walked:
                 return Tick(position, velocity, acceleration, 0, residual, conditioning, jerk)
@@ -188,7 +190,7 @@ class Solver:
             return Tick(position, velocity, acceleration, verdict, residual, conditioning, jerk)
         status = np.where(walked, walked, classify(out, self.layout)).astype(np.int8)
         status[(status == Status.CONVERGED) & far] = Status.BRANCH_CHANGE
-        if moving:  # rates may be what is no number, or too large for one
+        if wild:
             beyond = ~np.isfinite(out[:checks].sum(axis=0))
             status[(status == Status.CONVERGED) & beyond] = Status.OUT_OF_REACH
         if status.any():
@@ -413,6 +415,13 @@ class Solver:
         if key not in self._body_figures:
             self._body_figures[key] = Figures.of(self.plan, points, machine_code=self.machine_code)
         return self._body_figures[key]
+
+
+def _tame(inputs: FloatArray) -> bool:
+    """Whether all are numbers, and none so large that accelerations might overflow."""
+    if inputs.ndim == 1:
+        return all(-_WILD < value < _WILD for value in inputs.tolist())
+    return bool(np.abs(inputs).max(initial=0.0) < _WILD)
 
 
 def home_values(graph: Graph, plan: Plan) -> dict[str, float]:
