@@ -1,8 +1,9 @@
 """Fuzzing of every reader of files with atheris: `python fuzz/readers.py -max_total_time=45`.
 
 An input's first byte chooses the reader, what follows is the file. Seeds are the catalogue and
-what is exported from it; options are libFuzzer's. Anything but something read or an error of ours
-of one short line stops the run, and so do crashes, hangs and memory beyond the limits given.
+what is exported from it; options are libFuzzer's, and files that are named are tried alone.
+Anything but something read or an error of ours of one short line stops the run, and so do
+crashes, hangs and memory beyond the limits given.
 """
 
 from __future__ import annotations
@@ -88,6 +89,7 @@ def main() -> None:
         words = folder / "words"
         words.write_text("".join(f'"{word}"\n' for word in WORDS.split()))
         known = readers(folder)
+        log = folder / "MUJOCO_LOG.TXT"  # which MuJoCo writes where it warns
 
         def one(data: bytes) -> None:
             suffix, read = known[data[0] % len(known)] if data else known[0]
@@ -97,10 +99,16 @@ def main() -> None:
                 read(path)
             except parakin.ParakinError as error:
                 text = str(error)
-                assert text.isprintable() and len(text) < 4000, ascii(text)  # noqa: PT018
+                assert text.isprintable(), ascii(text)
+                assert len(text) < 4000, text
+            assert not log.exists(), log.read_text()
 
+        kept = f"-artifact_prefix={Path.cwd()}/"  # what made it stop stays, outside the folder
+        arguments = [a if a.startswith("-") else str(Path(a).resolve()) for a in sys.argv[1:]]
         os.chdir(folder)
-        options = [sys.argv[0], *sys.argv[1:], f"-dict={words}", str(corpus)]
+        inputs = [a for a in arguments if not a.startswith("-")] or [str(corpus)]
+        flags = [a for a in arguments if a.startswith("-")]
+        options = [sys.argv[0], kept, *flags, f"-dict={words}", *inputs]
         atheris.Setup(options, one)
         atheris.Fuzz()
 

@@ -159,6 +159,7 @@ def _with_original(table: dict[str, Any], origin: str) -> dict[str, Any]:
     text = _catalogue_text(name)
     original = _with_original(parse_toml(text, name), name)
     for key in ("bodies", "joints"):
+        original.setdefault(key, {})  # of limbs alone there may be none
         for inner, changes in _table(table.get(key, {}), f"{origin}: {key}").items():
             if inner in original[key]:
                 place = f"{origin}: {key}.{inner}"
