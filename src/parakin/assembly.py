@@ -26,7 +26,7 @@ FloatArray = NDArray[np.float64]
 
 _NOTHING = 1e-14  # a home value this small is round-off of zero; exact zeros make shorter code
 CLOSED = 1e-12  # of the characteristic length
-_WORK = 10_000  # steps of closing times coordinates: some four seconds
+_WORK = 6000  # steps of closing times coordinates: some three seconds
 _NEARBY_STEPS = 60  # ten will do, if not at a singularity
 _RANK = 1e-8  # singular values below this part of the largest count as zero
 
