@@ -30,7 +30,7 @@ _SHAKES = (0.02, 0.1, *(0.3, 1.0, 3.0) * 16)  # of starts around a guess [rad]
 _TRIES = 3  # of these, as long as the loops do not close at all
 _RESTS = 1e-7  # rates below this, scaled, are none
 _STRAY = 1e-6  # a step further than this, from where loops are closed, chases round-off
-_WORK = 10_000  # steps of closing times coordinates: some four seconds
+_WORK = 6000  # steps of closing times coordinates: some three seconds
 _NEARBY_STEPS = 60  # ten will do, if not at a singularity
 _RANK = 1e-8  # singular values below this part of the largest count as zero
 

@@ -31,7 +31,7 @@ def check_export(path: Path) -> list[Path]:
 
 
 def export(mechanism: Mechanism, path: Path, driven: Sequence[str] | None = None) -> list[Path]:
-    """Write a mechanism for another program; the paths written, all of them or none.
+    """Write a mechanism for another program; the paths written. If it fails, none is changed.
 
     driven: what the C code solves for, the mechanism's own choice if not given.
     Raises InputError, AssemblyError, DrivenError.
