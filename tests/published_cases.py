@@ -18,6 +18,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+from test_from_literature import GOLDBERG
 
 import parakin
 from parakin.analysis import Mobility, mobility
@@ -486,36 +487,6 @@ A = { kind = "revolute", parent = "base", child = "crank", actuated = true }
 B = { kind = "spherical", parent = "crank", child = "rod", on_parent = { at = [0.05, 0, 0] } }
 C = { kind = "spherical", parent = "rod", child = "rocker", on_parent = { at = [0.2, 0, 0] }, on_child = { at = [0.11, 0, 0] } }
 D = { kind = "revolute", parent = "base", child = "rocker", on_parent = { at = [0.16, 0.04, 0.03], turns = [["x", "70 deg"]] } }
-"""
-
-GOLDBERG = """
-name = "goldberg"
-driven = ["A"]
-[parameters]
-alpha = "40 deg"
-beta = "75 deg"
-gamma = "55 deg"
-a = "100 mm"
-b = "a*sin(beta)/sin(alpha)"
-c = "a*sin(gamma)/sin(alpha)"
-[home]
-A = "90 deg"
-[guess]
-B = "140 deg"
-C = "-90 deg"
-D = "-60 deg"
-E = "-140 deg"
-[bodies]
-l1 = {}
-l2 = {}
-l3 = {}
-l4 = {}
-[joints]
-A = { kind = "revolute", parent = "base", child = "l1", actuated = true }
-B = { kind = "revolute", parent = "l1", child = "l2", on_parent = { at = ["a", 0, 0], turns = [["x", "alpha"]] } }
-C = { kind = "revolute", parent = "l2", child = "l3", on_parent = { at = ["b + c", 0, 0], turns = [["x", "beta + gamma"]] } }
-D = { kind = "revolute", parent = "l3", child = "l4", on_parent = { at = ["a", 0, 0], turns = [["x", "alpha"]] } }
-E = { kind = "revolute", parent = "l4", child = "base", on_parent = { at = ["c", 0, 0], turns = [["x", "gamma"]] }, on_child = { at = ["-b", 0, 0], turns = [["x", "-beta"]] } }
 """
 
 CARDAN = """

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from parakin.errors import InputError
 from parakin.graph import PAIRS, THETA, Placement
-from parakin.mechanism import Body, Frame, Joint, Mechanism, Platform
+from parakin.mechanism import MAX_JOINTS, Body, Frame, Joint, Mechanism, Platform
 from parakin.spatial import (
     IDENTITY,
     ZERO,
@@ -25,6 +25,7 @@ from parakin.spatial import (
     apply,
     column,
     compose,
+    cross,
     dot,
     minus,
     plus,
@@ -34,7 +35,6 @@ from parakin.spatial import (
 if TYPE_CHECKING:
     from lxml.etree import _Element
 
-MAX_JOINTS = 400
 _APART = 1e-6  # directions and places that differ by less are meant to be the same
 _LOCKED = 1e-12
 _NOTHING = 1e-14  # [m]: a place this near to zero is round-off of it
@@ -131,12 +131,7 @@ def about(axis: Vector) -> Matrix:
     x[k] += 1.0
     size = dot(vector(x), vector(x)) ** 0.5
     x_axis = vector(a / size for a in x)
-    y_axis = (
-        axis[1] * x_axis[2] - axis[2] * x_axis[1],
-        axis[2] * x_axis[0] - axis[0] * x_axis[2],
-        axis[0] * x_axis[1] - axis[1] * x_axis[0],
-    )
-    return transpose((x_axis, y_axis, axis))
+    return transpose((x_axis, cross(axis, x_axis), axis))
 
 
 def angles_of(R: Matrix) -> tuple[float, float, float]:
@@ -461,19 +456,13 @@ def _square(axes: Mapping[int, Vector]) -> Matrix | None:
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
         if k not in known and i in known and j in known:
-            a, b = known[i], known[j]
-            known[k] = (
-                a[1] * b[2] - a[2] * b[1],
-                a[2] * b[0] - a[0] * b[2],
-                a[0] * b[1] - a[1] * b[0],
-            )
+            known[k] = cross(known[i], known[j])
     if len(known) < 3:
         return None
     R = transpose((known[0], known[1], known[2]))
     product = compose(transpose(R), R)
     off = max(abs(product[i][j] - (i == j)) for i in range(3) for j in range(3))
-    (a, b, c), (d, e, f), (g, h, k_) = R
-    hand = a * (e * k_ - f * h) - b * (d * k_ - f * g) + c * (d * h - e * g)
+    hand = dot(cross(known[0], known[1]), known[2])
     return R if off < _APART and hand > 0 else None
 
 

@@ -16,7 +16,6 @@ import numpy as np
 from parakin.errors import InputError
 from parakin.foreign import (
     HERE,
-    MAX_JOINTS,
     WORLD,
     Link,
     about,
@@ -28,7 +27,7 @@ from parakin.foreign import (
     vector,
 )
 from parakin.graph import Placement
-from parakin.mechanism import Mechanism
+from parakin.mechanism import MAX_JOINTS, Mechanism
 from parakin.spatial import IDENTITY, ZERO
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from parakin.assembly import Configuration, FloatArray, assembled, configure
-from parakin.foreign import about, inverse, not_installed, then, xml_root
+from parakin.foreign import about, inverse, not_installed, then, vector, xml_root
 from parakin.graph import Graph, GraphJoint, Placement
 from parakin.spatial import IDENTITY, ZERO, Matrix, Vector, apply, minus, times, transpose
 
@@ -107,9 +107,9 @@ class _Model:
         pairs: list[_Pair] = []
         for k, pair in reversed(order) if backwards else order:
             screw = self.at.screws[:, k]
-            axis = _vector(sign * (screw[3:] if pair.slides else screw[:3]))
+            axis = vector(sign * (screw[3:] if pair.slides else screw[:3]))
             coordinate, home = self.graph.coordinates[k], float(self.at.q[k])
-            point = _vector(self.at.points[k])
+            point = vector(self.at.points[k])
             low, high = coordinate.limits
             if k in self.graph.from_home:  # MuJoCo counts as the joint does
                 low, high = low + home, high + home
@@ -166,7 +166,7 @@ class _Model:
             kind, far = kinds.mjEQ_CONNECT, self._inside(joint.name, "rod")
             start = then(self.placed[parent][1], joint.F).p
             along = times(1 / joint.length, minus(there.p, start))
-            x, y = (_vector(column) for column in np.array(about(along)).T[:2])
+            x, y = (vector(column) for column in np.array(about(along)).T[:2])
             hinges = [_Pair(f"{joint.name}.{k + 1}", False, (x, y)[k], start, 0.0) for k in (0, 1)]
             self._chain(joint.name, parent, far, Placement(about(along), start), hinges)
             place = Placement(IDENTITY, (0.0, 0.0, joint.length))
@@ -210,7 +210,7 @@ class _Model:
             if of == body:
                 self._site(label, name, Placement(IDENTITY, p))
                 ends.setdefault(p, False)
-        middle = _vector(np.mean(list(ends), axis=0)) if ends else ZERO
+        middle = vector(np.mean(list(ends), axis=0)) if ends else ZERO
         colour = _GREY if body == 0 else _BLUE
         for p, actuated in ends.items():
             self._ball(name, p, _ORANGE if actuated else colour, 2.0 if actuated else 1.3)
@@ -233,7 +233,7 @@ class _Model:
 
     def _behind(self, joint: GraphJoint) -> Vector:
         """Where a piston's rod comes from: the middle of its cylinder, at home."""
-        middle = _vector(np.mean(list(self._ends(joint.parent)), axis=0))
+        middle = vector(np.mean(list(self._ends(joint.parent)), axis=0))
         pose = self.placed[self.graph.bodies[joint.parent]][1]
         here = inverse(self.placed[self.graph.bodies[joint.child]][1])
         return then(then(here, pose), Placement(IDENTITY, middle)).p
@@ -320,11 +320,6 @@ def _in_full(spec: Any) -> str:
 
 def _numbers(values: Any) -> str:
     return " ".join(f"{float(value):.17g}" for value in np.atleast_1d(values))
-
-
-def _vector(values: FloatArray) -> Vector:
-    a, b, c = (float(value) for value in values)
-    return (a, b, c)
 
 
 def _quaternion(mujoco: Any, R: Matrix) -> FloatArray:

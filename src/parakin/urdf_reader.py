@@ -17,7 +17,6 @@ import numpy as np
 from parakin.errors import InputError, nearest
 from parakin.foreign import (
     HERE,
-    MAX_JOINTS,
     Link,
     about,
     inverse,
@@ -28,7 +27,7 @@ from parakin.foreign import (
     vector,
 )
 from parakin.graph import AXES, THETA, Placement
-from parakin.mechanism import Mechanism
+from parakin.mechanism import MAX_JOINTS, Mechanism
 from parakin.spatial import IDENTITY, ZERO, Matrix, compose, transpose, turned
 
 if TYPE_CHECKING:
