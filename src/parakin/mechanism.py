@@ -146,8 +146,8 @@ class Mechanism(Table):
 
     `home` holds coordinates fixed at assembly, `stated` are values the source claims for home
     (the assembly starts from them and the report says how far off they were), `guess` are rough
-    starting values. `from_home` names coordinates that are counted from home. `origin` is the
-    file it was read from, for messages.
+    starting values. `from_home` names coordinates that are counted from home. `up` is the base's
+    axis that points up in pictures. `origin` is the file it was read from, for messages.
     Raises InputError on names that do not exist, duplicates and disconnected bodies.
     """
 
@@ -157,6 +157,7 @@ class Mechanism(Table):
     title: str = ""
     source: str = ""
     notes: str = ""
+    up: Literal["x", "y", "z"] = "z"
     parameters: Mapping[ParameterName, Quantity] = {}
     symbols: Mapping[str, str] = {}
     base: Name = "base"
