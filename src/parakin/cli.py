@@ -55,6 +55,8 @@ def _command(options: argparse.Namespace) -> int:
         return _modes(options)
     if options.command == "export":
         return _export(options)
+    if options.command == "view":
+        return _view(options)
     return _solve(options)
 
 
@@ -128,6 +130,28 @@ def _export(options: argparse.Namespace) -> int:
     with _stdout_told():
         _console(width=_WIDE).print(f"wrote {', '.join(map(str, written))}", markup=False)
     return 0
+
+
+def _view(options: argparse.Namespace) -> int:
+    from parakin.repertoire import Repertoire
+    from parakin.viewer import exposure, serving
+
+    repertoire = Repertoire(
+        options.mechanism,
+        _parameters(options.set),
+        options.loops,
+        tuple(options.motions),
+        tuple(options.mesh),
+    )
+    with serving(repertoire, options.host, options.port) as viewer, _stdout_told():
+        console = _console(width=_WIDE)
+        exposed = exposure(options.host)
+        if exposed:
+            console.print(exposed, style="bold yellow", markup=False)
+        console.print(f"{options.mechanism} at {viewer.url} (Ctrl-C ends)", markup=False)
+        sys.stdout.flush()
+        while True:
+            time.sleep(3600)
 
 
 def _check(options: argparse.Namespace) -> int:

@@ -176,17 +176,7 @@ def _with_original(table: dict[str, Any], origin: str) -> dict[str, Any]:
 
 def read_text(path: Path) -> str:
     """A small text file. Raises InputError where it is missing, a folder, too large or no text."""
-    try:
-        if path.is_dir():
-            raise InputError(str(path), "a folder", "a file")
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise InputError(str(path), _reason(error), "a readable file") from None
-    except ValueError as error:  # a null byte in the path
-        raise InputError(repr(str(path)), str(error), "a path") from None
-    if len(data) > MAX_BYTES:
-        raise InputError(str(path), f"more than {MAX_BYTES} bytes", "a smaller file")
+    data = read_bytes(path, MAX_BYTES)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -195,6 +185,22 @@ def read_text(path: Path) -> str:
     if not text.strip():
         raise InputError(str(path), "an empty file", "a TOML file")
     return text
+
+
+def read_bytes(path: Path, most: int) -> bytes:
+    """A file as it is. Raises InputError where it is missing, a folder or larger than `most`."""
+    try:
+        if path.is_dir():
+            raise InputError(str(path), "a folder", "a file")
+        with path.open("rb") as file:
+            data = file.read(most + 1)
+    except OSError as error:
+        raise InputError(str(path), _reason(error), "a readable file") from None
+    except ValueError as error:  # a null byte in the path
+        raise InputError(repr(str(path)), str(error), "a path") from None
+    if len(data) > most:
+        raise InputError(str(path), f"more than {most} bytes", "a smaller file")
+    return data
 
 
 def _reason(error: OSError) -> str:

@@ -94,8 +94,8 @@ def xml_root(text: str, origin: str) -> _Element:
         raise InputError(origin, f"a syntax error: {error.msg}", "XML") from None
 
 
-def not_installed(place: str, library: str) -> InputError:
-    return InputError(place, f"{library} is not installed", "pip install 'parakin[exchange]'")
+def not_installed(place: str, library: str, extra: str = "exchange") -> InputError:
+    return InputError(place, f"{library} is not installed", f"pip install 'parakin[{extra}]'")
 
 
 def numbers(text: str | None, count: int, default: Sequence[float], place: str) -> list[float]:

@@ -122,13 +122,24 @@ class Joint(Table):
     length: Quantity | None = None
 
 
+class BodyMesh(Table):
+    """A body's shape from a file of triangles, its coordinates times `scale` in metres, placed
+    on the body. It is only named here; who shows it decides whether the file is read.
+    """
+
+    file: Annotated[str, pydantic.Field(min_length=1, max_length=1000)]
+    scale: StrictFloat | StrictInt = 1.0
+    on_body: Frame = Frame()
+
+
 class Body(Table):
-    """A rigid body and points on it, in its own frame."""
+    """A rigid body and points on it, in its own frame, and its shape for pictures."""
 
     unsaid = frozenset({"name"})
 
     name: Name
     points: Mapping[Name, Triple] = {}
+    mesh: BodyMesh | None = None
 
 
 class Platform(Table):

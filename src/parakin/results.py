@@ -116,7 +116,7 @@ def _bodies(figures: FloatArray, points: int, n: int, last: FloatArray | None) -
 
     return {
         "body_position": (over, vectors(0), {"units": "m"}),
-        "body_orientation": (("time", "body", "quaternion"), _quaternions(blocks[:, 3:12], last)),
+        "body_orientation": (("time", "body", "quaternion"), quaternions(blocks[:, 3:12], last)),
         "body_velocity": (over, vectors(12), {"units": "m s-1"}),
         "body_angular_velocity": (over, vectors(15), {"units": "rad s-1"}),
         "body_acceleration": (over, vectors(18), {"units": "m s-2"}),
@@ -124,7 +124,7 @@ def _bodies(figures: FloatArray, points: int, n: int, last: FloatArray | None) -
     }
 
 
-def _quaternions(rows: FloatArray, last: FloatArray | None) -> NDArray[np.float64]:
+def quaternions(rows: FloatArray, last: FloatArray | None) -> NDArray[np.float64]:
     """Rotation matrices (points, 9, n) as quaternions wxyz (n, points, 4) without sign jumps,
     nor from the `last` ones of the window before.
     """

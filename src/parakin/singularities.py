@@ -77,6 +77,15 @@ class Closeness:
     crossings: tuple[Crossing, ...]
 
 
+def outputs_of(solver: Solver) -> list[str]:
+    """The coordinates that the actuated ones move: those of the platform that the file drives,
+    or that move most freely, or without a platform what leaves the last links at the base.
+
+    Raises InputError where there are not as many actuated coordinates, or outputs, as driven ones.
+    """
+    return [solver.graph.coordinates[k].name for k in _sets(solver).outputs]
+
+
 class _Sets(NamedTuple):
     """Numbers of coordinates: actuated, outputs, and the platform's six."""
 

@@ -27,7 +27,7 @@ from parakin.machine import make_kernel, output_count
 from parakin.motion import Motion, Samples
 from parakin.ordering import plan_of
 from parakin.plan import Plan
-from parakin.results import dataset
+from parakin.results import dataset, quaternions
 from parakin.singularities import Closeness, closeness
 from parakin.spatial import FLOATS
 from parakin.tracking import (
@@ -264,6 +264,20 @@ class Solver:
             return out
 
         return run, _layout(self.plan, outputs)
+
+    def poses(self, y: ArrayLike, tick: Tick) -> tuple[FloatArray, FloatArray]:
+        """Where every body stands at a pose that `at` gave for `y`, (k,).
+
+        Position of its origin [m], (bodies, 3), and orientation, a quaternion wxyz, (bodies, 4):
+        rows are the bodies of the file but the base, as in what `solve` gives with `bodies=True`.
+        """
+        zero = np.zeros((len(self.driven), 1))
+        place = np.asarray(y, dtype=float)[:, None]
+        points = points_of(self.graph, True)
+        samples = Samples(np.zeros(1), place, zero, zero)
+        found = tick.position[self.layout.found[0]][:, None]
+        blocks = self._figures(points).at(samples, found, False).reshape(len(points), 24, 1)
+        return blocks[:, :3, 0], quaternions(blocks[:, 3:12], None)[0]
 
     def motion(
         self,
