@@ -48,7 +48,10 @@ def choices(solver: Solver) -> dict[str, tuple[str, ...]]:
     try:
         outputs = tuple(outputs_of(solver))
     except InputError:
-        return {"forward" if solver.driven == actuated else "inverse": solver.driven}
+        if set(solver.driven) == set(actuated):
+            return {"forward": solver.driven}
+        as_many = len(actuated) == len(solver.driven)
+        return {"inverse": solver.driven} | ({"forward": actuated} if as_many else {})
     if set(solver.driven) != set(actuated):  # the file's own choice, which may be mixed
         return {"inverse": solver.driven, "forward": actuated}
     return {"inverse": outputs, "forward": solver.driven}

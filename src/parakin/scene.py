@@ -179,7 +179,11 @@ class Scene:
         if len(points) > 1:
             pairs = np.stack([points[:-1], points[1:]], axis=1).astype(np.float32)
             self.trace_node = self.api.add_line_segments(
-                f"{_ROOT}/trace", pairs, colors=(200, 30, 120), line_width=2.0
+                f"{_ROOT}/trace",
+                pairs,
+                colors=(200, 30, 120),
+                thickness=2.0,
+                thickness_units="screen",
             )
 
     def remove(self) -> None:

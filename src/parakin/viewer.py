@@ -496,12 +496,15 @@ class Session:
         )  # a slider has its own steps: what nobody moved stays
         self._stand(drive.to(np.where(rest, drive.y, goal)))
 
+    async def _hold(self, event: Any) -> None:
+        """Whether a hand is on the handle. Awaited, and so in order, which threads are not."""
+        self._led = event.phase != "end"
+
     def _lead(self) -> None:
-        """Follow the handle."""
+        """Follow the handle; once it is let go it returns to where the mechanism stands."""
         if self.drive is None or self._handle is None:
             return
-        goal = self.drive.led(self._handle.position, self._handle.wxyz)
-        stop = self.drive.to(goal)
+        stop = self.drive.to(self.drive.led(self._handle.position, self._handle.wxyz))
         self._sync()
         self._stand(stop)
 
@@ -536,17 +539,10 @@ class Session:
             handle = self.client.scene.add_transform_controls(
                 "/handle", size, depth_test=False, position=pose[0], wxyz=pose[1]
             )
+            handle.on_update(self._hold)
             handle.on_update(lambda _: self._locked(self._lead))
-            handle.on_drag_start(lambda _: self._hold(True))
-            handle.on_drag_end(lambda _: self._hold(False))
             self._handle = handle
         self._handle.position, self._handle.wxyz = pose
-
-    def _hold(self, held: bool) -> None:
-        with self._lock:
-            self._led = held
-            if not held and not self._closed:
-                self._place_handle()
 
     def _drop_handle(self) -> None:
         if self._handle is not None:
@@ -586,4 +582,4 @@ def words(
 
 def _plain(text: str) -> str:
     """Text from a file as Markdown shows it, letter by letter."""
-    return re.sub(r"([\\`*_{}\[\]()<>#+!|~&$-])", r"\\\1", " ".join(text.split()))
+    return re.sub(r"([!-/:-@\[-`{-~])", r"\\\1", " ".join(text.split()))

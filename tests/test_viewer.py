@@ -1,0 +1,312 @@
+"""The viewer in a real browser, and what it may read and do."""
+
+from __future__ import annotations
+
+import gc
+import re
+import socket
+import subprocess
+import sys
+import threading
+import time
+import weakref
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from browser import Page, chromium, needs_chromium, until, viewed
+
+import parakin
+from parakin.drawing import COLOURS
+from parakin.repertoire import Repertoire
+from parakin.viewer import exposure, serving
+
+pytestmark = needs_chromium
+FOUR_BAR = (Path(parakin.__file__).parent / "catalog" / "four-bar.toml").read_text("utf-8")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def simulator(browser: Any) -> Iterator[Page]:
+    with viewed(browser, "flight-simulator") as page:
+        yield page
+
+
+def _like(pixels: np.ndarray, rgb: tuple[int, int, int]) -> int:
+    """How many pixels have a colour's hue, whatever its light."""
+    wanted = np.array(rgb) / np.linalg.norm(rgb)
+    size = np.linalg.norm(pixels, axis=2)
+    near = (pixels @ wanted > 0.985 * size) & (size > 60) & (np.ptp(pixels, axis=2) > 40)
+    return int(near.sum())
+
+
+def test_it_loads_without_a_word_and_shows_the_machine(simulator: Page) -> None:
+    until(lambda: _like(simulator.pixels(), COLOURS["actuated"]) > 300)
+    pixels = simulator.pixels()
+    assert _like(pixels, COLOURS["platform"]) > 300
+    assert pixels.std() > 10
+    assert simulator.said == []
+    start = simulator.viewer.url
+    assert all(url.startswith((start, f"blob:{start}", "data:")) for url in simulator.asked)
+
+
+def test_play_moves_it_and_pause_holds_it(simulator: Page) -> None:
+    before, _ = simulator.poses()
+    pixels = simulator.pixels()
+    simulator.press("Play")
+    until(lambda: simulator.session.time > 0.5)
+    simulator.press("Pause")
+    until(lambda: not simulator.session.playing)
+    held = simulator.session.time
+    time.sleep(0.2)
+    assert simulator.session.time == held
+    after, _ = simulator.poses()
+    assert np.abs(after - before).max() > 0.01
+    assert np.abs(simulator.pixels() - pixels).max() > 50
+
+
+def test_bodies_stand_where_the_solver_says(simulator: Page) -> None:
+    solver = parakin.compile("flight-simulator")
+    simulator.choose("Motion", "general")
+    until(lambda: simulator.session.take is not None and simulator.session.take.name == "general")
+    ds = solver.solve("general", bodies=True)
+    for k in (0, 700, 1500, 3000):
+        simulator.session.seek(float(ds["time"][k]))
+        position, wxyz = ds["body_position"].values[k], ds["body_orientation"].values[k]
+        _agree(simulator, position, wxyz)
+
+
+def _agree(page: Page, position: np.ndarray, wxyz: np.ndarray) -> None:
+    """The page's scene comes to these poses, within what single precision tells."""
+
+    def arrived() -> bool:
+        seen, turned = page.poses()
+        across = np.abs((turned * wxyz).sum(axis=1))
+        return bool(np.abs(seen - position).max() < 1e-6 and (across > 1 - 1e-6).all())
+
+    until(arrived, 10)
+
+
+def test_a_slider_moves_it(simulator: Page) -> None:
+    simulator.tab("Drive")
+    simulator.press("Home")
+    until(lambda: simulator.session.drive is not None)
+    simulator.enter("platform.y [mm]", "1200")
+    solver = parakin.compile("flight-simulator")
+    y = np.array([solver.home[name] for name in solver.driven])
+    y[1] = 1.2
+    tick = solver.at(y)
+    _agree(simulator, *solver.poses(y, tick))
+    assert simulator.said == []
+
+
+def test_forward_drives_the_actuators_from_where_it_stands(simulator: Page) -> None:
+    simulator.tab("Drive")
+    simulator.press("Home")
+    until(lambda: simulator.session.drive is not None)
+    simulator.choose("Kinematics", "forward")
+    until(
+        lambda: (
+            simulator.session.drive is not None
+            and simulator.session.drive.solver.driven == ("A2", "B3", "C3")
+        )
+    )
+    simulator.enter("B3 [mm]", "40")
+    forward = parakin.compile("flight-simulator", ("A2", "B3", "C3"))
+    tick = forward.at([0.0, 0.04, 0.0])
+    _agree(simulator, *forward.poses([0.0, 0.04, 0.0], tick))
+    simulator.choose("Kinematics", "inverse")
+
+
+def test_the_handle_leads_the_platform(simulator: Page) -> None:
+    simulator.tab("Drive")
+    simulator.press("Home")
+    until(lambda: simulator.session.drive is not None)
+    simulator.page.wait_for_function("window.__viserMutable.nodeRefFromName['/handle']")
+    simulator.page.wait_for_timeout(500)
+    before = simulator.session.drive.y.copy()  # type: ignore[union-attr]
+    x, y = simulator.page.evaluate(_ON_SCREEN, 0.14 * simulator.session.scene.drawing.size)
+    mouse = simulator.page.mouse
+    mouse.move(x, y)
+    mouse.down()
+    mouse.move(x, y - 40, steps=5)
+    until(lambda: simulator.session.drive.y[1] > before[1] + 0.01)  # type: ignore[union-attr]
+    mouse.up()
+    drive = simulator.session.drive
+    assert drive is not None
+    _agree(simulator, *drive.solver.poses(drive.y, drive.tick))
+
+
+# Where the tip of the handle's arrow along y is on the screen, in pixels.
+_ON_SCREEN = """size => {
+    const {nodeRefFromName, camera} = window.__viserMutable;
+    const node = nodeRefFromName['/handle'];
+    node.updateWorldMatrix(true, false);
+    const tip = node.position.clone().set(0, size, 0).applyMatrix4(node.matrixWorld);
+    tip.project(camera);
+    const box = document.querySelector('canvas').getBoundingClientRect();
+    return [box.x + box.width * (tip.x + 1) / 2, box.y + box.height * (1 - tip.y) / 2];
+}"""
+
+
+def test_at_a_limit_it_stops_and_the_joint_lights_up(browser: Any) -> None:
+    with viewed(browser, "seat-2dof") as page:
+        page.tab("Drive")
+        page.choose("Kinematics", "forward")
+        until(lambda: page.session.drive is not None)
+        page.enter("A1 [deg]", "20")
+        until(lambda: abs(page.session.drive.y[0] - np.radians(20)) < 1e-9)  # type: ignore[union-attr]
+        assert COLOURS["offending"] not in page.colours("/mechanism/crank1/joint A1")
+        page.session.drive.to([2.0, 0.0])  # type: ignore[union-attr]
+        stop = page.session.drive.to([2.0, 0.0])  # type: ignore[union-attr]
+        with page.session._lock:
+            page.session._stand(stop)
+        until(lambda: COLOURS["offending"] in page.colours("/mechanism/crank1/joint A1"))
+        assert COLOURS["offending"] not in page.colours("/mechanism/crank2/joint A2")
+        np.testing.assert_allclose(page.session.drive.y[0], np.radians(75), atol=1e-5)  # type: ignore[union-attr]
+        page.page.get_by_text(re.compile("stopped: A1 is at its limit")).wait_for()
+
+
+def test_a_bad_file_shows_its_message_while_the_last_good_one_stays(
+    browser: Any, tmp_path: Path
+) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(FOUR_BAR, "utf-8")
+    with viewed(browser, path) as page:
+        ds = parakin.compile("four-bar").solve("turn", bodies=True)
+        home = ds["body_position"].values[0], ds["body_orientation"].values[0]
+        _agree(page, *home)
+        path.write_text(FOUR_BAR.replace("[parameters]", "[parameter]"), "utf-8")
+        page.page.get_by_text(re.compile("Error: .*unknown key 'parameter'")).wait_for()
+        _agree(page, *home)
+        path.write_text(re.sub(r"(?m)^b = .*$", 'b = "130 mm"', FOUR_BAR), "utf-8")
+        until(lambda: page.session.shown.graph.parameters["b"] == 0.13)
+        until(lambda: not page.page.get_by_text(re.compile("Error:")).is_visible())
+        assert page.said == []
+
+
+def test_two_pages_are_apart_and_closing_one_frees_it(browser: Any) -> None:
+    with serving(Repertoire("four-bar"), port=0) as viewer:
+        one, two = Page(browser, viewer), Page(browser, viewer)
+        two.choose("Mechanism", "slider-crank")
+        until(lambda: two.session.shown.name == "slider-crank" and two.session.take is not None)
+        two.drawn()
+        assert one.session.shown.name == "four-bar"
+        one.press("Play")
+        until(lambda: one.session.time > 0.1)
+        assert two.session.time == 0.0
+        assert not two.session.playing
+        threads = threading.active_count()
+        kept = weakref.ref(two.session)
+        scene = weakref.ref(two.session.scene)
+        two.close()
+        until(lambda: len(viewer.sessions) == 1)
+
+        def freed() -> bool:
+            gc.collect()
+            return kept() is None and scene() is None
+
+        until(freed, 20)
+        until(lambda: threading.active_count() < threads, 20)
+        assert one.session.playing
+        one.close()
+
+
+def test_what_cannot_be_driven_is_shown_and_told(browser: Any) -> None:
+    with viewed(browser, "flight-simulator-upu") as page:
+        page.page.get_by_text(re.compile("only 1 can move independently")).wait_for()
+        assert page.session.take is None
+
+
+def test_text_from_a_file_is_only_text(browser: Any, tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    evil = "<img src=x onerror=console.error(1)> **[a](http://elsewhere.example)**"
+    path.write_text(re.sub(r"(?m)^title = .*$", f'title = "{evil}"', FOUR_BAR), "utf-8")
+    with viewed(browser, path) as page:
+        page.page.get_by_text(evil).wait_for()
+        assert page.said == []
+        assert not any("elsewhere" in url or url.endswith("/x") for url in page.asked)
+
+
+def test_it_is_bound_to_the_loopback_address_alone() -> None:
+    with serving(Repertoire("four-bar"), port=0) as viewer:
+        port = viewer.server.get_port()
+        socket.create_connection(("127.0.0.1", port), 5).close()
+        with pytest.raises(OSError):  # noqa: PT011: refused, or unreachable
+            socket.create_connection(("127.0.0.2", port), 5)
+        assert viewer.server.request_share_url() is None
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "::1", "127.0.0.9"])
+def test_nothing_is_said_of_loopback(host: str) -> None:
+    assert exposure(host) == ""
+
+
+def test_another_address_says_what_it_exposes() -> None:
+    command = "from parakin.cli import main; main(['view', 'four-bar', '--host', '0.0.0.0', '--port', '0'])"
+    process = subprocess.Popen([sys.executable, "-c", command], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    said = process.stdout.readline()
+    process.kill()
+    process.communicate()
+    assert "0.0.0.0" in said
+    assert "without a password" in said
+
+
+_STL = """solid s
+facet normal 0 0 1
+outer loop
+vertex 0 0 0
+vertex 1 0 0
+vertex 0 1 0
+endloop
+endfacet
+endsolid s
+"""
+
+
+def test_only_meshes_that_are_named_are_read(tmp_path: Path) -> None:
+    shape, path = tmp_path / "coupler.stl", tmp_path / "mine.toml"
+    shape.write_text(_STL, "ascii")
+    body = re.search(r"(?m)^coupler = \{.*$", FOUR_BAR)
+    assert body is not None, "the catalogue's file has changed"
+    mesh = 'coupler = { mesh = { file = "coupler.stl", scale = 0.001, on_body = { at = [0, 0, "10 mm"] } } }'
+    path.write_text(FOUR_BAR.replace(body[0], mesh), "utf-8")
+    script = (
+        "import sys; seen = []; "
+        "sys.addaudithook(lambda event, given: seen.append(str(given[0])) if event == 'open' else None); "
+        "from parakin.repertoire import Repertoire; "
+        "shown = Repertoire(sys.argv[1], meshes=tuple(sys.argv[2:])).load(sys.argv[1]); "
+        "print(len(shown.meshes), any('coupler.stl' in name for name in seen), shown.problem)"
+    )
+    run = [sys.executable, "-c", script, str(path)]
+    said = subprocess.run(run, capture_output=True, text=True, check=True).stdout
+    assert said.startswith("0 False Not read")
+    said = subprocess.run([*run, str(shape)], capture_output=True, text=True, check=True).stdout
+    assert said.startswith("1 True ")
+    shown = Repertoire(str(path), meshes=(str(shape),)).load(str(path))
+    corners = np.unique(np.round(shown.meshes["coupler"].vertices, 9), axis=0)
+    np.testing.assert_allclose(corners, [[0, 0, 0.01], [0, 0.001, 0.01], [0.001, 0, 0.01]])
+
+
+def test_a_broken_mesh_is_told_by_its_name(tmp_path: Path) -> None:
+    from parakin.repertoire import read_mesh
+
+    for name, content in (
+        ("a.stl", b"\x00" * 90),
+        ("b.obj", b"f 1 2 3"),
+        ("c.glb", b"glTF"),
+        ("d.ply", b""),
+    ):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(parakin.InputError, match=re.escape(name)):
+            read_mesh(tmp_path / name)
+    with pytest.raises(parakin.InputError, match="suffix"):
+        read_mesh(tmp_path / "e.dae")
