@@ -120,8 +120,8 @@ def test_forward_drives_the_actuators_from_where_it_stands(simulator: Page) -> N
     )
     simulator.enter("B3 [mm]", "40")
     forward = parakin.compile("flight-simulator", ("A2", "B3", "C3"))
-    tick = forward.at([0.0, 0.04, 0.0])
-    _agree(simulator, *forward.poses([0.0, 0.04, 0.0], tick))
+    y = [forward.home["A2"], 0.04, forward.home["C3"]]
+    _agree(simulator, *forward.poses(y, forward.at(y)))
     simulator.choose("Kinematics", "inverse")
 
 

@@ -249,16 +249,15 @@ class Session:
     def reloaded(self, shown: Shown) -> None:
         """Take over a mechanism whose file has changed, if this page shows it."""
         with self._lock:
-            if self._closed or self.shown.name != shown.name:
-                return
-            was, at = self._motion.value, self.time
-            self._guarded(lambda: self._show(shown, keep=True))
-            if was in shown.motions and self.take is not None:
-                self._guarded(lambda: self._choose_motion(was))
-                self.seek(min(at, float(self.take.time[-1])))
+            if not self._closed and self.shown.name == shown.name:
+                motion = self._motion.value if self._motion.value in shown.motions else None
+                self._guarded(lambda: self._show(shown, motion, self.time, keep=True))
 
-    def _show(self, shown: Shown, *, keep: bool = False) -> None:
-        self.playing = False
+    def _show(
+        self, shown: Shown, motion: str | None = None, at: float = 0.0, *, keep: bool = False
+    ) -> None:
+        """Show a mechanism at a time of a motion, its first if none is given; `keep` the view."""
+        self._set_playing(False)
         self.tell("")
         with self.client.atomic():
             if hasattr(self, "scene"):
@@ -280,7 +279,7 @@ class Session:
             if shown.problem:
                 self.tell(shown.problem)
         if shown.motions:
-            self._guarded(lambda: self._choose_motion(shown.motions[0]))
+            self._guarded(lambda: self._choose_motion(motion or shown.motions[0], at))
         elif shown.solver is not None:
             self.drive_home()
         else:
@@ -295,7 +294,7 @@ class Session:
 
     # Playing
 
-    def _choose_motion(self, name: str) -> None:
+    def _choose_motion(self, name: str, at: float = 0.0) -> None:
         if name == _STANDS:
             return
         self._state.content = "solving …"
@@ -308,7 +307,7 @@ class Session:
             self._slider.step = 10.0 ** math.floor(math.log10(last / 500))
             self._charts.show(take)
             self._trace()
-        self.seek(float(take.time[0]))
+        self.seek(min(max(at, float(take.time[0])), float(take.time[-1])))
 
     def _trace(self) -> None:
         seen = self.take is not None and self.take.point is not None and self._traced.value
