@@ -32,6 +32,7 @@ COLOURS: Mapping[str, tuple[int, int, int]] = {
 _SLIDES = ("prismatic", "cylindrical", "helical")
 _NEAR = 1e-6  # of the mechanism's size: places that coincide
 _STROKE = 0.3  # of a cylinder's length at home, either way, where no limits are given
+_LAYER = 2.6  # radii between the planes of two links of a planar mechanism that meet
 _THIN = 0.011  # radius of a link, of the mechanism's size
 
 
@@ -56,7 +57,7 @@ class Rod(NamedTuple):
 
 
 class View(NamedTuple):
-    """From where to look: unit vectors up, and towards the eye; the middle, and how far it spans."""
+    """From where to look: unit vectors up, and towards the eye; the middle, and its width."""
 
     up: FloatArray
     eye: FloatArray
@@ -146,6 +147,40 @@ class Drawing:
             return None
         return None if any(abs(s @ turns[0]) > _NEAR for s in slides) else turns[0]
 
+    @cached_property
+    def _layers(self) -> tuple[int, ...]:
+        """Which of parallel planes each body of a planar mechanism is drawn in, the base hindmost:
+        bodies that meet in a hinge pass one another; a cylinder and its piston share a plane.
+        """
+        layers = [0] * len(self.poses)
+        if self.plane_axis is None:
+            return tuple(layers)
+        mates = {
+            j.child: j.parent
+            for k, j in enumerate(self.graph.joints)
+            if j.kind in _SLIDES and self._is_cylinder(k)
+        }
+        met: list[set[int]] = [set() for _ in layers]
+        for joint in self.graph.joints:
+            if joint.name != "platform":
+                one, other = (mates.get(b, b) for b in (joint.parent, joint.child))
+                met[one].add(other)
+                met[other].add(one)
+        for body in range(1, len(layers)):
+            if body not in mates:
+                taken = {0} | {layers[b] for b in met[body] if b != body}
+                layers[body] = min(set(range(1, len(layers) + 1)) - taken)
+        return tuple(layers[mates.get(body, body)] for body in range(len(layers)))
+
+    def _shift(self, body: int, layer: int | None = None) -> FloatArray:
+        """From where the file puts things on a body to its plane, or another, in its frame."""
+        axis = self.plane_axis
+        if axis is None:
+            return np.zeros(3)
+        toward = axis if axis[int(np.argmax(np.abs(axis)))] > 0 else -axis
+        height = self._layers[body] if layer is None else layer
+        return np.asarray(_LAYER * self.radius * height * (self.poses[body][0].T @ toward))
+
     def _placed(self, body: int) -> list[_End]:
         """Joints on a body, where the file puts them."""
         ends = []
@@ -167,7 +202,7 @@ class Drawing:
         drawn = []
         for end in self._placed(body):
             joint = self.graph.joints[end.joint]
-            point = end.point
+            point = end.point + self._shift(body)
             if joint.kind == "revolute" and self._is_centred(end.joint):
                 point = point + self._concurrent * end.axis
             if joint.kind in _SLIDES and joint.parent == body and not self._is_cylinder(end.joint):
@@ -216,7 +251,7 @@ class Drawing:
         return float(self.q[k]) * (joint.pairs[0].pitch if joint.kind == "helical" else 1.0)
 
     def stroke(self, number: int) -> tuple[float, float]:
-        """The ends of a slide's travel [m], as the joint counts: its limits, or some way from home."""
+        """The ends of a slide's travel [m], as the joint counts: limits, or some way from home."""
         joint = self.graph.joints[number]
         k = joint.first + (joint.kind == "cylindrical")
         home, (low, high) = self._slide(joint), self.graph.coordinates[k].limits
@@ -243,11 +278,14 @@ class Drawing:
         if len(slid) == 1 and len({tuple(np.round(e.point / self.size, 6)) for e in ends}) <= 2:
             return self._cylinder(body, slid.pop())
         points = [end.point for end in ends]
-        points += [
-            p for _, (of, p) in self.graph.points.items() if of == body and part == "platform"
-        ]  # type: ignore[misc]
+        if part == "platform":
+            points += [
+                np.array(p) + self._shift(body)
+                for of, p in self.graph.points.values()
+                if of == body
+            ]
         if platform is not None and part == "platform":
-            points.append(_at(self.graph.joints[platform].M))
+            points.append(_at(self.graph.joints[platform].M) + self._shift(body))
         thin = self.radius * (0.6 if body == 0 else 1.0)
         arcs = self._arcs(ends, part, body)
         if arcs:
@@ -275,11 +313,16 @@ class Drawing:
                 ]
             )
             made += [
-                Piece(body, part, Bar(np.array([middle, c]), 0.8 * thin))
+                Piece(body, part, Bar(np.array([middle, c]), self._strut(c, joints) * thin))
                 for c in rest
                 if np.linalg.norm(c - middle) > thin
             ]
         return made
+
+    def _strut(self, end: FloatArray, joints: FloatArray) -> float:
+        """How thick a bar from a body's middle is: to a mere point on it, such as a head, thin."""
+        held = len(joints) and np.linalg.norm(joints - end, axis=1).min() < _NEAR * self.size
+        return 0.8 if held else 0.35
 
     def _arcs(self, ends: list[_End], part: Part, body: int) -> list[Piece]:
         """A link whose hinges meet in a point, bent about it; nothing for other links."""
@@ -314,11 +357,13 @@ class Drawing:
         rod = max(longest - tube + 2 * self.radius, 0.5 * tube)
         if body == joint.parent:
             axis = sign * np.array(joint.F.R, dtype=float)[:, 2]
-            start = _at(joint.F) + sign * max(self._other(body, number), key=abs) * axis
+            start = _at(joint.F) + self._shift(body)
+            start = start + sign * max(self._other(body, number), key=abs) * axis
             ends = np.array([start, start + tube * axis])
             return [Piece(body, "cylinder", Bar(ends, 1.6 * self.radius), number)]
         axis = sign * np.array(joint.M.R, dtype=float)[:, 2]
-        start = _at(joint.M) + sign * max(self._other(body, number), key=abs) * axis
+        start = _at(joint.M) + self._shift(body)
+        start = start + sign * max(self._other(body, number), key=abs) * axis
         return [
             Piece(body, "piston", Bar(np.array([start, start - rod * axis]), 0.9 * self.radius))
         ]
@@ -338,6 +383,17 @@ class Drawing:
             return Piece(body, "joint", Bar(ends, radius), number)
 
         if joint.kind == "revolute":
+            if self.plane_axis is not None:  # a pin from plane to plane
+                there = far.point - self._shift(joint.child)
+                there = there + self._shift(joint.child, self._layers[joint.parent])
+                over = (
+                    1.4 * r * (there - far.point) / max(float(np.linalg.norm(there - far.point)), r)
+                )
+                pin = Bar(np.array([far.point - over, there + over]), 1.0 * r)
+                return [
+                    bar(joint.parent, near, 1.7 * r, 1.0 * r),
+                    Piece(joint.child, "joint", pin, number),
+                ]
             return [
                 bar(joint.parent, near, 1.7 * r, 2.0 * r),
                 bar(joint.child, far, 0.9 * r, 2.8 * r),
@@ -363,7 +419,7 @@ class Drawing:
         return self._slider(number, far)
 
     def _slider(self, number: int, far: _End) -> list[Piece]:
-        """A slide: a collar on a cylinder's piston, or a carriage on a rail; screws have a thread."""
+        """A slide: a collar on a cylinder's piston, or a carriage on a rail; a screw's thread."""
         joint, r = self.graph.joints[number], self.radius
         if self._is_cylinder(number):
             (tube,) = (p.form for p in self._cylinder(joint.parent, number))
@@ -375,7 +431,8 @@ class Drawing:
         else:
             low, high = self.stroke(number)
             axis = np.array(joint.F.R, dtype=float)[:, 2]
-            start, end = _at(joint.F) + (low - 2 * r) * axis, _at(joint.F) + (high + 2 * r) * axis
+            foot = _at(joint.F) + self._shift(joint.parent, self._layers[joint.child])
+            start, end = foot + (low - 2 * r) * axis, foot + (high + 2 * r) * axis
             x = perpendicular(far.axis)
             R = np.column_stack([x, np.cross(far.axis, x), far.axis])
             block = Block(far.point, R, (4 * r, 4 * r, 5 * r))

@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from parakin.drawing import Drawing
-from parakin.shapes import Bar, FloatArray, IntArray, mesh
+from parakin.shapes import Bar, FloatArray, Form, IntArray, mesh, perpendicular
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.collections import PolyCollection
+    from matplotlib.figure import Figure
 
 _LIGHT = np.array([0.35, 0.55, 0.75])  # right, up, towards the eye
 _AMBIENT = 0.45
-_ROOM = 0.62  # of the span, from the middle to the edges of the picture
+_MARGIN = 0.04  # of the width or height of what is seen
+_LONG = 1 / 12  # of the size: triangles with longer edges are not sorted well by their middles
 
 
 @dataclass(frozen=True)
@@ -35,18 +37,21 @@ class Painter:
     def of(cls, drawing: Drawing) -> Painter:
         """The painter of a drawing."""
         triangles, bodies, colours = [], [], []
-        pieces = [(p.body, p.form, drawing.colour(p)) for p in drawing.pieces]
+        pieces: list[tuple[int, Form, tuple[int, int, int]]] = [
+            (p.body, p.form, drawing.colour(p)) for p in drawing.pieces
+        ]
         for k, rod in enumerate(drawing.rods):
             R, p = drawing.poses[rod.parent]
             there = drawing.world(rod.child, rod.end)[0]
             along = float(np.linalg.norm(there - (R @ rod.start + p)))
-            form = Bar(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, along]]), rod.radius)
-            pieces.append((len(drawing.poses) + k, form, (150, 158, 168)))
+            bar = Bar(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, along]]), rod.radius)
+            pieces.append((len(drawing.poses) + k, bar, (150, 158, 168)))
         for body, form, colour in pieces:
             solid = mesh(form)
-            triangles.append(solid.vertices[solid.faces])
-            bodies.append(np.full(len(solid.faces), body))
-            colours.append(np.tile(np.array(colour) / 255, (len(solid.faces), 1)))
+            small = _divided(solid.vertices[solid.faces], _LONG * drawing.size)
+            triangles.append(small)
+            bodies.append(np.full(len(small), body))
+            colours.append(np.tile(np.array(colour) / 255, (len(small), 1)))
         return cls(
             drawing, np.concatenate(triangles), np.concatenate(bodies), np.concatenate(colours)
         )
@@ -58,19 +63,30 @@ class Painter:
         right /= np.linalg.norm(right)
         return np.array([right, np.cross(eye, right), eye])
 
-    def polygons(self, R: FloatArray, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """What is seen with bodies at R (bodies, 3, 3) and p (bodies, 3): triangles (m, 3, 2) in
-        the picture, farthest first, and their colours (m, 3).
-        """
+    def corners(self, R: FloatArray, p: FloatArray) -> FloatArray:
+        """The triangles (m, 3, 3), in the picture's axes from the middle of the view."""
         starts = [R[rod.parent] @ rod.start + p[rod.parent] for rod in self.drawing.rods]
         ends = [R[rod.child] @ rod.end + p[rod.child] for rod in self.drawing.rods]
         turned = [_towards(b - a) for a, b in zip(starts, ends, strict=True)]
         R, p = np.array([*R, *turned]), np.array([*p, *starts])
         seen = self.frame()
         R, p = seen @ R, (p - self.drawing.view.middle) @ seen.T
-        corners = (
-            np.einsum("mij,mkj->mki", R[self.bodies], self.triangles) + p[self.bodies][:, None]
-        )
+        turned_triangles = np.einsum("mij,mkj->mki", R[self.bodies], self.triangles)
+        return np.asarray(turned_triangles + p[self.bodies][:, None])
+
+    def window(self, R: FloatArray, p: FloatArray) -> FloatArray:
+        """What is seen over poses (n, bodies, ...): left, right, bottom and top, with a margin."""
+        seen = [self.corners(*pose)[:, :, :2].reshape(-1, 2) for pose in zip(R, p, strict=True)]
+        low = np.min([corners.min(axis=0) for corners in seen], axis=0)
+        high = np.max([corners.max(axis=0) for corners in seen], axis=0)
+        margin = _MARGIN * (high - low).max()
+        return np.column_stack([low - margin, high + margin]).ravel()
+
+    def polygons(self, R: FloatArray, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """What is seen with bodies at R (bodies, 3, 3) and p (bodies, 3): triangles (m, 3, 2) in
+        the picture, farthest first, and their colours (m, 3).
+        """
+        corners = self.corners(R, p)
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         facing = normals[:, 2] > 0
         corners, normals, colours = corners[facing], normals[facing], self.colours[facing]
@@ -89,16 +105,40 @@ class Painter:
             list(polygons), facecolors=colours, edgecolors=colours, linewidths=0.3
         )
         axes.add_collection(painted)
-        room = _ROOM * self.drawing.view.span
-        axes.set(xlim=(-room, room), ylim=(-room, room), aspect="equal")
+        left, right, bottom, top = self.window(R[None], p[None])
+        axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
         axes.set_axis_off()
         return painted
 
 
+def picture(drawing: Drawing) -> Figure:
+    """A mechanism at home, to be saved."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(5, 5), layout="constrained")
+    R = np.array([pose[0] for pose in drawing.poses])
+    p = np.array([pose[1] for pose in drawing.poses])
+    Painter.of(drawing).paint(figure.subplots(), R, p)
+    return figure
+
+
+def _divided(triangles: FloatArray, longest: float) -> FloatArray:
+    """Triangles (m, 3, 3) halved across their longest edges until none is longer than `longest`."""
+    done = []
+    while len(triangles):
+        edges = np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2)
+        long = edges.max(axis=1) > longest
+        done.append(triangles[~long])
+        first = edges[long].argmax(axis=1)[:, None]
+        turned = np.take_along_axis(triangles[long], ((first + np.arange(3)) % 3)[:, :, None], 1)
+        a, b, c = turned.transpose(1, 0, 2)
+        middle = (a + b) / 2
+        triangles = np.concatenate([np.stack([a, middle, c], 1), np.stack([middle, b, c], 1)])
+    return np.concatenate(done)
+
+
 def _towards(along: FloatArray) -> FloatArray:
     """A rotation whose z axis has a direction."""
-    from parakin.shapes import perpendicular
-
     z = along / np.linalg.norm(along)
     x = perpendicular(z)
     return np.column_stack([x, np.cross(z, x), z])

@@ -5,6 +5,7 @@ A form is told in the frame of the body that carries it; `mesh` gives its triang
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -112,7 +113,7 @@ def outline(points: FloatArray) -> FloatArray:
     from scipy.spatial import ConvexHull
 
     flat = (points - points.mean(axis=0)) @ plane(points)[:2].T
-    return points[ConvexHull(flat).vertices]
+    return np.asarray(points[ConvexHull(flat).vertices])
 
 
 def perpendicular(axis: FloatArray) -> FloatArray:
@@ -123,7 +124,7 @@ def perpendicular(axis: FloatArray) -> FloatArray:
 
 
 def _steps(points: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-    pairs = list(zip(points[:-1], points[1:], strict=True))
+    pairs = list(itertools.pairwise(points))
     return [(a, b) for a, b in pairs if np.linalg.norm(b - a) > 0] or pairs[:1]
 
 
