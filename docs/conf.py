@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "src"))
+sys.path[:0] = [str(Path(__file__).parents[1] / "src"), str(Path(__file__).parent)]
 
 import parakin
 
@@ -11,8 +11,8 @@ project = "parakin"
 author = "the parakin developers"
 copyright = "2026, the parakin developers"
 release = parakin.__version__
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
-myst_enable_extensions = ["deflist"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "gallery"]
+myst_enable_extensions = ["attrs_inline", "deflist"]
 html_theme = "furo"
 html_title = "parakin"
 autodoc_member_order = "bysource"
@@ -20,5 +20,6 @@ autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
 autodoc_preserve_defaults = True
 exclude_patterns = ["README.md"]
+html_extra_path = ["recorded"]
 nitpicky = False
 suppress_warnings = ["myst.xref_missing"]

@@ -9,8 +9,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import parakin
 from parakin.painting import picture
 from parakin.recording import recorded
@@ -38,8 +36,7 @@ def build() -> None:
         repertoire = Repertoire(name)
         shown = repertoire.load(name)
         take = repertoire.play(shown, shown.motions[0]) if shown.motions else None
-        R, p = (np.array(part) for part in zip(*shown.drawing.poses, strict=True))
-        picture(shown.drawing, R, p).savefig(pages / f"{name}.png", dpi=120)
+        picture(shown.drawing).savefig(pages / f"{name}.png", dpi=120)
         _changed(scenes / f"{name}.html", recorded(shown, take))
         _changed(pages / f"{name}.md", _page(shown))
     _changed(pages / "index.md", _index(names))

@@ -143,7 +143,7 @@ class Viewer:
 
 @dataclass
 class Session:
-    """One page: what it shows, and its controls."""
+    """One page: what it shows, and its controls; `poses` counts those sent."""
 
     client: Any
     repertoire: Repertoire
@@ -153,6 +153,7 @@ class Session:
     drive: Drive | None = field(init=False, default=None)
     time: float = field(init=False, default=0.0)
     playing: bool = field(init=False, default=False)
+    poses: int = field(init=False, default=0)
 
     def __post_init__(self) -> None:
         self._lock = threading.RLock()
@@ -379,6 +380,7 @@ class Session:
         k = take.index(at)
         beyond = {number for number, when in take.beyond.items() if when[k]}
         ended = take.stop if k == len(take.time) - 1 else None
+        self.poses += 1
         with self.client.atomic():
             self.scene.place(take.position[k], take.wxyz[k])
             self.scene.light(beyond | (ended.joints if ended else frozenset()))
