@@ -53,6 +53,10 @@ def _command(options: argparse.Namespace) -> int:
         return _check(options)
     if options.command == "modes":
         return _modes(options)
+    if options.command == "draw":
+        return _draw(options)
+    if options.command == "report":
+        return _report(options)
     if options.command == "export":
         return _export(options)
     return _solve(options)
@@ -176,6 +180,20 @@ def _modes(options: argparse.Namespace) -> int:
     found = solver.branches(values, options.starts)
     with _stdout_told():
         _console(width=_WIDE).print(modes_report(solver.graph, solver.driven, found))
+    return 0
+
+
+def _draw(options: argparse.Namespace) -> int:
+    from parakin import scheme
+    from parakin.files import check_writable
+    from parakin.graph import graph_of
+
+    scheme.check_scheme(options.output)
+    _refuse_input(options.output, (options.mechanism, options.loops))
+    check_writable(options.output)
+    scheme.save(scheme.scheme(graph_of(_load(options))), options.output)
+    with _stdout_told():
+        _console(width=_WIDE).print(f"wrote {options.output}", markup=False)
     return 0
 
 
