@@ -10,7 +10,7 @@ import textwrap
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from parakin.sheet import (
     DRIVEN,
     FIXED,
     INK,
+    STYLE,
     WIDTH,
     Sheet,
     draw_arrow,
@@ -43,7 +44,6 @@ if TYPE_CHECKING:
     from parakin.graph import Graph
 
 SUFFIXES = (".svg", ".pdf", ".png")
-STYLE: dict[Any, Any] = {"svg.fonttype": "none", "pdf.fonttype": 42, "font.family": "DejaVu Sans"}
 _ROW = 11.0  # of the table of parameters
 _FILL = {"driven": "#f6b26b", "passive": "white"}
 _SLIDES = ("prismatic", "cylindrical", "helical")
@@ -58,7 +58,7 @@ def scheme(graph: Graph, drawing: Drawing | None = None, *, table: bool = True) 
     from matplotlib.figure import Figure
 
     sheet = Sheet.of(drawing or drawing_of(graph))
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context({**STYLE}):
         rows = _table_rows(graph) if table else []
         heading = _heading(graph) if table else []
         above = sum(1.4 * size for _, size, _ in heading) + 8
@@ -95,7 +95,7 @@ def save(figure: Figure, path: Path) -> None:
     import matplotlib as mpl
 
     check_scheme(path)
-    with mpl.rc_context(STYLE), replacing(path) as temporary:
+    with mpl.rc_context({**STYLE}), replacing(path) as temporary:
         figure.savefig(temporary, dpi=200)
 
 

@@ -5,8 +5,9 @@ Symbols, arrows and lettering keep their size whatever the mechanism's.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +19,12 @@ from parakin.symbols import Sight, Stroke
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+STYLE: Mapping[Any, Any] = {  # text stays text, in a font that comes with matplotlib
+    "svg.fonttype": "none",
+    "pdf.fonttype": 42,
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans", "Verdana", "Arial", "Helvetica", "sans-serif"],
+}
 WIDTH, TALLEST = 510.0, 430.0  # [pt]: A4 between its margins
 _MARGIN = 50.0  # around the mechanism, for labels and dimensions
 _SYMBOL, _SMALL = 6.0, 4.8  # [pt]; small where joints are many
