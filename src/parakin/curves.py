@@ -85,6 +85,7 @@ def coordinate_curves(
     one = ds.sel(coordinate=name)
     scale, unit = scale_of(str(one["unit"].item()) == "rad")
     figure, panels = _figure(1, 3, 1.55)
+    span = (float(ds["time"].values[0]), float(ds["time"].values[-1]))
     k = list(found.coordinates).index(name)
     for j, (axes, order) in enumerate(zip(panels, ORDERS[:3], strict=True)):
         _curve(axes, ds["time"].values, scale * one[order].values, _CURVE)
@@ -93,7 +94,8 @@ def coordinate_curves(
             (found.low, found.low_time, False),
         ):
             if np.isfinite(values[j, k]):
-                _mark(axes, float(times[j, k]), scale * float(values[j, k]), above=above)
+                at, value = float(times[j, k]), scale * float(values[j, k])
+                _mark(axes, at, value, span, above=above)
         axes.margins(y=0.28)
         axes.set_title(f"{order} [{unit}{_OVER[j]}]", fontsize=7.5, loc="left", pad=3)
         if j == 0:
@@ -197,18 +199,19 @@ def _curve(
     axes.plot(*thinned(time, values), color=colour, linewidth=1.1, label=label, linestyle=style)
 
 
-def _mark(axes: Axes, time: float, value: float, *, above: bool) -> None:
+def _mark(axes: Axes, time: float, value: float, span: tuple[float, float], *, above: bool) -> None:
+    """An extreme with its value; one near an end of the time's `span` is told towards the middle."""
     axes.plot([time], [value], "o", color=_MARK, markersize=2.6, zorder=4)
-    span = float(np.ptp(axes.dataLim.intervaly))
-    value = value if abs(value) > 1e-9 * span else 0.0  # round-off is not worth a label
-    low, high = axes.dataLim.intervalx
-    along = (time - low) / (high - low) if high > low else 0.5
+    height = float(np.ptp(axes.dataLim.intervaly))
+    value = value if abs(value) > 1e-9 * height else 0.0  # round-off is not worth a label
+    along = (time - span[0]) / (span[1] - span[0]) if span[1] > span[0] else 0.5
+    side = "left" if along < 0.15 else "right" if along > 0.85 else "center"
     axes.annotate(
         f"{value:z.4g}",
         (time, value),
-        xytext=(2 * ((along < 0.15) - (along > 0.85)), 3 if above else -3),
+        xytext=({"left": 2, "right": -2, "center": 0}[side], 3 if above else -3),
         textcoords="offset points",
-        ha="left" if along < 0.15 else "right" if along > 0.85 else "center",
+        ha=side,
         va="bottom" if above else "top",
         fontsize=6.5,
         parse_math=False,
@@ -226,6 +229,8 @@ def _limit_lines(axes: Axes, limits: Sequence[float]) -> None:
 
 def _finish(axes: Axes, ds: xr.Dataset | None) -> None:
     axes.margins(x=0)
+    if ds is not None and ds.sizes["time"] > 1:
+        axes.set_xlim(float(ds["time"].values[0]), float(ds["time"].values[-1]))
     if axes.get_yscale() == "linear":
         axes.ticklabel_format(axis="y", style="plain", useOffset=False)
     axes.grid(visible=True, linewidth=0.3, color="0.85")
