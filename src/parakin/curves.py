@@ -200,7 +200,7 @@ def _curve(
 
 
 def _mark(axes: Axes, time: float, value: float, span: tuple[float, float], *, above: bool) -> None:
-    """An extreme with its value; one near an end of the time's `span` is told towards the middle."""
+    """An extreme with its value, beside it where it is near an end of the times."""
     axes.plot([time], [value], "o", color=_MARK, markersize=2.6, zorder=4)
     height = float(np.ptp(axes.dataLim.intervaly))
     value = value if abs(value) > 1e-9 * height else 0.0  # round-off is not worth a label

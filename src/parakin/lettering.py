@@ -33,7 +33,7 @@ class Label(NamedTuple):
 
 @dataclass
 class Obstacles:
-    """What is on the sheet already: places along lines, and boxes (low, high) of labels."""
+    """What is on the sheet already: places (n, 2) along its lines."""
 
     places: list[FloatArray] = field(default_factory=list)
 
@@ -42,13 +42,13 @@ class Obstacles:
         chain = np.concatenate([points, points[:1]]) if closed else points
         self.places += [_along(a, b) for a, b in pairwise(chain)]
 
-    def crossed(self, points: FloatArray) -> float:
-        """How many places a line comes near."""
-        if not self.places:
-            return 0.0
-        every = np.concatenate(self.places)
-        line = _along(points[0], points[1])
-        return float((np.abs(every[:, None] - line).max(axis=2) < 0.9 * _EVERY).any(axis=1).sum())
+    def crossed(self, ends: FloatArray) -> float:
+        """How many places a line between two ends comes near."""
+        away = np.concatenate([*self.places, np.empty((0, 2))]) - ends[0]
+        along = ends[1] - ends[0]
+        t = np.clip(away @ along / max(float(along @ along), 1e-9), 0, 1)
+        near = np.abs(away - t[:, None] * along).max(axis=1) < 0.9 * _EVERY
+        return float(near.sum())
 
 
 def width_of(text: str, size: float) -> float:
