@@ -193,7 +193,7 @@ def test_labels_do_not_cover_one_another(name: str) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure = scheme(graph_of(load(name)), table=False)
-    renderer = FigureCanvasAgg(figure).get_renderer()
+    renderer = FigureCanvasAgg(figure).get_renderer()  # type: ignore[no-untyped-call]
     boxes = [text.get_window_extent(renderer) for text in figure.axes[0].texts]
     width, height = figure.bbox.size
     for k, a in enumerate(boxes):
@@ -211,7 +211,7 @@ def test_a_label_makes_way_for_a_line() -> None:
     label = Label("here", np.array([100.0, 100.0]), 4.0, "black", size=8.0)
     ((_, free),) = placed([label], Obstacles(), (200, 200))
     taken = Obstacles()
-    taken.line(np.array([free - [30, 0], free + [30, 0]]))
+    taken.line(free + np.array([[-30.0, 0.0], [30.0, 0.0]]))
     ((_, moved),) = placed([label], taken, (200, 200))
     assert abs(moved[1] - free[1]) > 4.0
 
@@ -241,6 +241,13 @@ def test_draw_writes_a_scheme(
     assert path.read_bytes().startswith(magic)
     if suffix == ".svg":
         assert "a = 45 mm" in texts(ElementTree.parse(path).getroot())
+
+
+def test_the_same_mechanism_gives_the_same_file(tmp_path: Path) -> None:
+    paths = [tmp_path / name for name in ("one.svg", "two.svg")]
+    for path in paths:
+        assert main(["draw", "four-bar", "-o", str(path)]) == 0
+    assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
 def test_draw_refuses_other_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -42,11 +42,11 @@ def parameters(mechanism: Mechanism) -> list[Parameter]:
     told = []
     for name, value in known.all().items():
         dimension = known.dimension(name)
-        shown = f"{value:.6g}"
+        shown = f"{value:z.6g}"
         if dimension == LENGTH:
-            shown = f"{1e3 * value:.6g} mm"
+            shown = f"{1e3 * value:z.6g} mm"
         elif dimension == ANGLE:
-            shown = f"{math.degrees(value):.6g}°"
+            shown = f"{math.degrees(value):z.6g}°"
         told.append(Parameter(name, shown, str(mechanism.parameters[name])))
     return told
 

@@ -96,7 +96,8 @@ def save(figure: Figure, path: Path) -> None:
 
     check_scheme(path)
     with mpl.rc_context({**STYLE}), replacing(path) as temporary:
-        figure.savefig(temporary, dpi=200)
+        undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+        figure.savefig(temporary, dpi=200, metadata=undated.get(path.suffix.lower()))
 
 
 # ---- bodies

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 STYLE: Mapping[Any, Any] = {  # text stays text, in a font that comes with matplotlib
     "svg.fonttype": "none",
+    "svg.hashsalt": "parakin",  # the same drawing is the same file
     "pdf.fonttype": 42,
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans", "Verdana", "Arial", "Helvetica", "sans-serif"],
