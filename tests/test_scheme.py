@@ -87,6 +87,16 @@ def test_every_kind_of_joint_has_a_symbol(tmp_path: Path) -> None:
         assert ids.count(f"{joint.kind}-{number}") == 1
 
 
+@pytest.mark.parametrize("kind", ["revolute", "spherical", "prismatic", "fixed"])
+def test_a_mechanism_without_extent_is_drawn(kind: str, tmp_path: Path) -> None:
+    joint = Joint(name="A", kind=kind, parent="base", child="a")  # type: ignore[arg-type]
+    alone = Mechanism(name="alone", bodies=(Body(name="a"),), joints=(joint,))
+    root = drawn(alone, tmp_path / "alone.svg")
+    numbers = re.findall(r"[-\d.]+", " ".join(e.get("d", "") for e in root.iter(f"{SVG}path")))
+    assert np.isfinite([float(n) for n in numbers]).all()
+    assert any(e.get("id") == f"{kind}-0" for e in root.iter()) == (kind != "fixed")
+
+
 def test_a_bush_is_a_circle_along_its_axis_and_a_rectangle_from_the_side() -> None:
     (circle,) = symbols.sleeve(FRONT, HERE, Z, half=5.0, r=3.0)
     np.testing.assert_allclose(np.linalg.norm(circle.points, axis=1), 3.0, rtol=1e-12)

@@ -43,7 +43,9 @@ def annotate(axes: Axes, sheet: Sheet) -> None:
 def _frames(axes: Axes, sheet: Sheet) -> None:
     """The base's frame, and the platform's at its point unless it is the same at home."""
     drawing = sheet.drawing
-    _frame(axes, sheet, np.eye(3), sheet.flat(np.zeros(3))[0], "", FIXED, _AXIS)
+    origin = sheet.flat(np.zeros(3))[0]
+    if sheet.holds(origin):
+        _frame(axes, sheet, np.eye(3), origin, "", FIXED, _AXIS)
     number = drawing.graph.platform
     if number is None:
         return

@@ -61,45 +61,35 @@ def placed(
 ) -> list[tuple[Label, FloatArray]]:
     """The middle of each label, chosen greedily among places around what it belongs to."""
     every = np.concatenate([*taken.places, np.empty((0, 2))])
-    boxes: list[tuple[FloatArray, FloatArray]] = []
+    lows, highs = np.empty((0, 2)), np.empty((0, 2))  # of the labels placed so far
     found = []
     for label in sorted(labels, key=lambda label: not label.first):
         half = np.array([width_of(label.text, label.size), _HIGH * label.size]) / 2
-        best: tuple[float, FloatArray] | None = None
-        for at, far in _candidates(label, half):
-            low, high = at - half, at + half
-            covered = ((every > low) & (every < high)).all(axis=1).sum()
-            cost = _ON_LINE * float(covered) + _FAR * far
-            for other_low, other_high in boxes:
-                common = np.minimum(high, other_high) - np.maximum(low, other_low)
-                if (common > 0).all():
-                    cost += _ON_LABEL * (1 + float(common.prod()) / _EVERY)
-            cost += _OUTSIDE * bool((low < 2).any() or (high > np.array(sheet) - 2).any())
-            if best is None or cost < best[0] - 1e-9:
-                best = (cost, at)
-        assert best is not None
-        boxes.append((best[1] - half, best[1] + half))
-        found.append((label, best[1]))
+        spots, far = _candidates(label, half)
+        low, high = spots - half, spots + half
+        near = every[((every > low.min(axis=0)) & (every < high.max(axis=0))).all(axis=1)]
+        covered = ((near > low[:, None]) & (near < high[:, None])).all(axis=2).sum(axis=1)
+        common = np.minimum(high[:, None], highs) - np.maximum(low[:, None], lows)
+        shared = np.where((common > 0).all(axis=2), 1 + common.prod(axis=2) / _EVERY, 0.0)
+        outside = (low < 2).any(axis=1) | (high > np.array(sheet) - 2).any(axis=1)
+        cost = _ON_LINE * covered + _ON_LABEL * shared.sum(axis=1) + _FAR * far + _OUTSIDE * outside
+        best = int(np.argmin(np.round(cost, 9)))
+        lows, highs = np.vstack([lows, low[best]]), np.vstack([highs, high[best]])
+        found.append((label, spots[best]))
     return found
 
 
-def _candidates(label: Label, half: FloatArray) -> list[tuple[FloatArray, float]]:
-    """Places for a label's middle, and how far out each is: right above first, then around."""
-    made = []
-    for further in _FURTHER:
-        reach = label.clear + further
-        for k in range(_WAYS):
-            turn = np.pi / 4 + 2 * np.pi * k / _WAYS
-            way = np.array([np.cos(turn), np.sin(turn)])
-            made.append((label.at + reach * way + half * _sides(way), further))
-        if reach == 0:
-            made.append((label.at, 0.0))
-    return made
-
-
-def _sides(way: FloatArray) -> FloatArray:
-    """Where the middle of a box stands that touches a place in a direction: beside or above it."""
-    return np.asarray(way / max(float(np.abs(way).max()), 1e-9))
+def _candidates(label: Label, half: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Places (n, 2) for a label's middle, right above first, then around; how far out each is."""
+    turns = np.pi / 4 + 2 * np.pi * np.arange(_WAYS) / _WAYS
+    ways = np.column_stack([np.cos(turns), np.sin(turns)])
+    sides = ways / np.abs(ways).max(axis=1)[:, None]  # where a box touches: beside or above it
+    reaches = label.clear + np.array(_FURTHER)
+    spots = label.at + (reaches[:, None, None] * ways + half * sides).reshape(-1, 2)
+    far = np.repeat(_FURTHER, _WAYS)
+    if label.clear == 0:  # then it may stand on the place itself
+        return np.vstack([label.at, spots]), np.concatenate([[0.0], far])
+    return spots, far
 
 
 def _along(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -57,9 +57,9 @@ class Sheet:
         places = [drawing.world(body, points) for body, points in forms]
         places += [drawing.world(b, np.array(p)) for b, p in drawing.graph.points.values()]
         places += [drawing.world(0, np.zeros(3))] if drawing.graph.platform is not None else []
-        flat = sight.flat(np.concatenate(places))
+        flat = sight.flat(np.concatenate(places or [np.zeros((1, 3))]))
         low, high = flat.min(axis=0), flat.max(axis=0)
-        span = np.maximum(high - low, 0.02 * float((high - low).max()))
+        span = np.maximum(high - low, 0.05 * drawing.size)
         scale = float(min((np.array([WIDTH, TALLEST]) - 2 * _MARGIN) / span))
         height = float(scale * span[1]) + 2 * _MARGIN
         corner = np.array([WIDTH, height]) / 2 - scale * (low + high) / 2
