@@ -1,9 +1,9 @@
-"""Figures 3-11 of the paper, and the misprint of its equation (11), into docs/figures.
+"""Figures 2-11 of the paper, and the misprint of its equation (11), into docs/figures.
 
     python examples/paper_figures.py [FOLDER]
 
-Three evolutions of the platform, each as displacement, velocity and acceleration of the three
-sliders; as PNG and SVG. Needs matplotlib.
+The scheme of the mechanism, and three evolutions of the platform, each as displacement, velocity
+and acceleration of the three sliders; as PNG and SVG. Needs matplotlib.
 """
 
 import sys
@@ -14,6 +14,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import parakin
+from parakin import scheme
 from parakin.plots import histories, save
 
 SLIDERS = ["A2", "B3", "C3"]
@@ -59,6 +60,7 @@ def main(folder: Path) -> None:
     symbols = solver.mechanism.symbols
     rates = {name: s.replace("λ", "v") for name, s in symbols.items()}
     second = {name: s.replace("λ", "γ") for name, s in symbols.items()}
+    scheme.save(scheme.scheme(solver.graph), folder / "figure-02.svg")
     for evolution, number in EVOLUTIONS.items():
         result = parakin.require_solved(solver.solve(evolution))
         for k, (order, names) in enumerate(

@@ -6,10 +6,12 @@ import argparse
 import dataclasses
 import io
 import os
+import shlex
 import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,6 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with _stdout_told():
             options = parser().parse_args(arguments)
+        typed = sys.argv[1:] if arguments is None else arguments
+        options.said = shlex.join(["parakin", *typed])
         return _command(options)
     except ParakinError as error:
         console = _console(stderr=True)
@@ -53,6 +57,10 @@ def _command(options: argparse.Namespace) -> int:
         return _check(options)
     if options.command == "modes":
         return _modes(options)
+    if options.command == "draw":
+        return _draw(options)
+    if options.command == "report":
+        return _report(options)
     if options.command == "export":
         return _export(options)
     if options.command == "view":
@@ -203,6 +211,20 @@ def _modes(options: argparse.Namespace) -> int:
     return 0
 
 
+def _draw(options: argparse.Namespace) -> int:
+    from parakin import scheme
+    from parakin.files import check_writable
+    from parakin.graph import graph_of
+
+    scheme.check_scheme(options.output)
+    _refuse_input(options.output, (options.mechanism, options.loops))
+    check_writable(options.output)
+    scheme.save(scheme.scheme(graph_of(_load(options))), options.output)
+    with _stdout_told():
+        _console(width=_WIDE).print(f"wrote {options.output}", markup=False)
+    return 0
+
+
 def _solve(options: argparse.Namespace) -> int:
     from parakin import plots, tables
     from parakin.compiler import compile as compile_mechanism
@@ -263,6 +285,34 @@ def _solve(options: argparse.Namespace) -> int:
     if written:
         console.print(f"wrote {', '.join(written)}", markup=False)
     return 1 if run.found.first_flag is not None else 0
+
+
+def _report(options: argparse.Namespace) -> int:
+    from parakin import page
+    from parakin.compiler import compile as compile_mechanism
+    from parakin.curves import peaks
+    from parakin.files import check_writable
+    from parakin.report import flag_words
+
+    page.check_page(options.output)
+    _refuse_input(options.output, (options.mechanism, options.loops, options.motion))
+    check_writable(options.output)
+    solver = compile_mechanism(_load(options), coordinates="all")
+    motion = solver.motion(options.motion)
+    console = _console(stderr=True, width=_WIDE)
+    run, found = _Run(motion.count, True), None
+    for window in run.watched(solver.stream(motion, _WINDOW, parallel=True), console):
+        found = peaks(window, found)
+    if run.found is None or found is None:
+        raise InputError(f"motion {motion.name}", "no samples", "at least one")
+    solved = page.Solved(solver, motion, run.picture(), run.found, found)
+    page.write(page.page(solved, options.said, datetime.now().astimezone()), options.output)
+    flagged = flag_words(run.found)
+    if flagged:
+        console.print(flagged, style="bold red", markup=False)
+    with _stdout_told():
+        _console(width=_WIDE).print(f"wrote {options.output}", markup=False)
+    return 1 if flagged else 0
 
 
 def _refuse_input(path: Path, read: Sequence[str | None]) -> None:

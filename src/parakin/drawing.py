@@ -120,7 +120,8 @@ class Drawing:
     def view(self) -> View:
         """Along the axes of a planar mechanism; otherwise down from the side."""
         up = np.eye(3)["xyz".index(self.graph.mechanism.up)]
-        places = np.concatenate([self.world(p.body, _places(p.form)) for p in self.pieces])
+        solids = [self.world(p.body, _places(p.form)) for p in self.pieces]
+        places = np.concatenate(solids or [np.zeros((1, 3))])
         middle = (places.max(axis=0) + places.min(axis=0)) / 2
         span = float(np.linalg.norm(places.max(axis=0) - places.min(axis=0)))
         axis = self.plane_axis

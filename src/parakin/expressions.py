@@ -252,6 +252,10 @@ class Parameters:
         """Every parameter in SI, in the order given."""
         return {name: self._look_up(name).value for name in self._expressions}
 
+    def dimension(self, name: str) -> Dimension:
+        """Of a parameter; BARE where it is a number without a unit."""
+        return self._look_up(name).dimension
+
     def _quantity(self, text: Value, place: str) -> _Quantity:
         if isinstance(text, str):
             return self._parse(text, place)

@@ -57,14 +57,15 @@ def mechanism_report(graph: Graph, home: FloatArray, found: Mobility) -> Rendera
     return Group(
         *lines,
         Text(),
-        *_mobility_lines(graph, found),
+        *mobility_lines(graph, found),
         Text(),
         _home_table(graph, home),
         *_home_notes(graph, home),
     )
 
 
-def _mobility_lines(graph: Graph, found: Mobility) -> list[Text]:
+def mobility_lines(graph: Graph, found: Mobility) -> list[Text]:
+    """The mobility and where it comes from: a heading, then a line for each thing to say."""
     lines = [
         Text("Mobility", style="bold"),
         Text(
@@ -233,6 +234,11 @@ def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> Renderab
 
 def singularities_report(found: Closeness) -> RenderableType:
     """How near a motion comes to singularities: what `parakin solve --singularities` adds."""
+    return Group(*singularity_lines(found))
+
+
+def singularity_lines(found: Closeness) -> list[Text]:
+    """The least figure of each kind, and every crossing."""
     lines = []
     for what, figure in (
         ("type 1 (actuators move, outputs rest)", found.type1),
@@ -246,7 +252,7 @@ def singularities_report(found: Closeness) -> RenderableType:
         what = "the end of its angles" if c.kind == "angles" else f"a {c.kind} singularity"
         verb = "ends at" if c.ends else "crosses"
         lines.append(Text(f"{verb} {what} at {c.time:.9f} s: {c.words}", style="bold red"))
-    return Group(*lines)
+    return lines
 
 
 @dataclass
@@ -337,20 +343,23 @@ def solve_report(ds: xr.Dataset, found: Extremes, seconds: float) -> RenderableT
     ]
     if "spline" in ds.attrs["motion_derivatives"]:
         lines.append(Text(f"velocity and acceleration driven: {ds.attrs['motion_derivatives']}"))
-    if found.first_flag is not None and found.counts is not None:
-        index, time, status = found.first_flag
-        each = ", ".join(
-            f"{int(count):,} {Status(k).words}"
-            for k, count in enumerate(found.counts)
-            if count and k != Status.CONVERGED
-        )
-        lines.append(
-            Text(
-                f"flagged: {each}; the first at sample {index}, t = {time:.6g} s: {status.words}",
-                style="bold red",
-            )
-        )
+    flagged = flag_words(found)
+    if flagged:
+        lines.append(Text(flagged, style="bold red"))
     return Group(table, *lines)
+
+
+def flag_words(found: Extremes) -> str:
+    """How many samples are flagged as what, and the first; nothing where none is."""
+    if found.first_flag is None or found.counts is None:
+        return ""
+    index, time, status = found.first_flag
+    each = ", ".join(
+        f"{int(count):,} {Status(k).words}"
+        for k, count in enumerate(found.counts)
+        if count and k != Status.CONVERGED
+    )
+    return f"flagged: {each}; the first at sample {index}, t = {time:.6g} s: {status.words}"
 
 
 def _time(seconds: float) -> str:
