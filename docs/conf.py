@@ -5,7 +5,7 @@ from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parents[1] / "src"), str(Path(__file__).parent)]
 
-import parakin
+import parakin  # noqa: E402
 
 project = "parakin"
 author = "the parakin developers"

@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 from parakin.repertoire import Repertoire
+from parakin.session import Session
 from parakin.shapes import FloatArray
-from parakin.viewer import Session, Viewer, serving
+from parakin.viewer import Viewer, serving
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 _FLAGS = (

@@ -1,4 +1,4 @@
-"""Screenshots of every mechanism of the catalogue on the viewer's page: python tests/screenshots.py FOLDER."""
+"""Screenshots of the whole catalogue on the viewer's page: python tests/screenshots.py FOLDER."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ def main(folder: Path) -> None:
     with chromium() as browser:
         for name in parakin.catalogue():
             with viewed(browser, name) as page:
-                until(lambda page=page: page.session.take is not None or page.session.shown.problem)
+                session = page.session
+                until(lambda s=session: s.take is not None or s.shown.problem)  # type: ignore[misc]
                 notice = page.page.get_by_role("alert").get_by_role("button")
                 if notice.count():
                     notice.first.click()

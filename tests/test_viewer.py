@@ -239,7 +239,7 @@ def test_it_is_bound_to_the_loopback_address_alone() -> None:
     with serving(Repertoire("four-bar"), port=0) as viewer:
         port = viewer.server.get_port()
         socket.create_connection(("127.0.0.1", port), 5).close()
-        with pytest.raises(OSError):  # noqa: PT011: refused, or unreachable
+        with pytest.raises(ConnectionRefusedError):
             socket.create_connection(("127.0.0.2", port), 5)
         assert viewer.server.request_share_url() is None
 
@@ -250,8 +250,8 @@ def test_nothing_is_said_of_loopback(host: str) -> None:
 
 
 def test_another_address_says_what_it_exposes() -> None:
-    command = "from parakin.cli import main; main(['view', 'four-bar', '--host', '0.0.0.0', '--port', '0'])"
-    process = subprocess.Popen([sys.executable, "-c", command], stdout=subprocess.PIPE, text=True)
+    view = ["-m", "parakin", "view", "four-bar", "--host", "0.0.0.0", "--port", "0"]
+    process = subprocess.Popen([sys.executable, *view], stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     said = process.stdout.readline()
     process.kill()
@@ -277,11 +277,12 @@ def test_only_meshes_that_are_named_are_read(tmp_path: Path) -> None:
     shape.write_text(_STL, "ascii")
     body = re.search(r"(?m)^coupler = \{.*$", FOUR_BAR)
     assert body is not None, "the catalogue's file has changed"
-    mesh = 'coupler = { mesh = { file = "coupler.stl", scale = 0.001, on_body = { at = [0, 0, "10 mm"] } } }'
+    place = 'scale = 0.001, on_body = { at = [0, 0, "10 mm"] }'
+    mesh = f'coupler = {{ mesh = {{ file = "coupler.stl", {place} }} }}'
     path.write_text(FOUR_BAR.replace(body[0], mesh), "utf-8")
     script = (
         "import sys; seen = []; "
-        "sys.addaudithook(lambda event, given: seen.append(str(given[0])) if event == 'open' else None); "
+        "sys.addaudithook(lambda e, given: seen.append(str(given[0])) if e == 'open' else None); "
         "from parakin.repertoire import Repertoire; "
         "shown = Repertoire(sys.argv[1], meshes=tuple(sys.argv[2:])).load(sys.argv[1]); "
         "print(len(shown.meshes), any('coupler.stl' in name for name in seen), shown.problem)"

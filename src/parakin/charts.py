@@ -43,7 +43,7 @@ class Charts:
                 for unit, shown, scale in (("m", "mm", 1e3), ("rad", "deg", 180 / np.pi)):
                     chosen = [k for k, u in enumerate(take.units) if u == unit]
                     if chosen:
-                        values = scale * take.histories[order][np.ix_(rows, chosen)].T
+                        values = scale * take.histories[order][rows][:, chosen].T
                         names = [take.actuators[k] for k in chosen]
                         self._add(f"{quantity} [{shown}{over}]", time, values, names)
 

@@ -50,10 +50,11 @@ class Shown:
 class Take:
     """A solved motion as it is played, samples that are not solved left out.
 
-    `time` (n,); `coordinates` by name, (n, coordinates) in `q`; `position` (n, bodies, 3) and `wxyz` (n, bodies, 4) of all bodies but the base;
-    `point` (n, 3), the platform's, or None; `actuators` their names, `units`, and `histories`
-    (3, n, actuators): position, velocity, acceleration; `beyond` the joints outside their limits,
-    by number, and when, (n,). `stop` says why it ended before its time.
+    `time` (n,); `coordinates` by name, (n, coordinates) in `q`; `position` (n, bodies, 3) and
+    `wxyz` (n, bodies, 4) of all bodies but the base; `point` (n, 3), the platform's, or None;
+    `actuators` their names, `units`, and `histories` (3, n, actuators): position, velocity,
+    acceleration; `beyond` the joints outside their limits, by number, and when, (n,). `stop` says
+    why it ended before its time.
     """
 
     name: str
@@ -196,7 +197,7 @@ def take(solver: Solver, motion: str) -> Take:
     histories = np.array(
         [chosen[order].values for order in ("position", "velocity", "acceleration")]
     )
-    beyond = {}
+    beyond: dict[int, Any] = {}
     for k, name in enumerate(names):
         low, high = graph.limits(name)
         values = ds["position"].values[:, k]
@@ -261,9 +262,9 @@ def read_mesh(path: Path) -> Mesh:
         raise InputError(str(path), f"suffix {path.suffix!r}", f"one of {', '.join(MESH_SUFFIXES)}")
     data = read_bytes(path, _MAX_MESH)
     try:
-        found = trimesh.load(io.BytesIO(data), file_type=suffix[1:], force="mesh")
-        vertices = np.array(found.vertices, dtype=float)
-        faces = np.array(found.faces, dtype=int)
+        found: Any = trimesh.load(io.BytesIO(data), file_type=suffix[1:], force="mesh")
+        vertices = np.array(found.vertices, dtype=np.float64)
+        faces = np.array(found.faces, dtype=np.int64)
     except Exception as error:  # whatever a broken file makes a foreign reader raise
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise InputError(str(path), f"a mesh that cannot be read: {reason}", "triangles") from None

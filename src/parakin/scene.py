@@ -200,7 +200,7 @@ def _quaternion(R: FloatArray) -> FloatArray:
 def _turned(wxyz: FloatArray, p: FloatArray) -> FloatArray:
     w, v = wxyz[0], wxyz[1:]
     across = 2.0 * _cross(v, p)
-    return p + w * across + _cross(v, across)
+    return np.asarray(p + w * across + _cross(v, across))
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -216,4 +216,4 @@ def _from_z(direction: FloatArray) -> FloatArray:
     if z < -1 + 1e-12:
         return np.array([0.0, 1.0, 0.0, 0.0])
     turn = np.array([1.0 + z, -y, x, 0.0])
-    return turn / np.sqrt(2.0 * (1.0 + z))
+    return np.asarray(turn / np.sqrt(2.0 * (1.0 + z)))
