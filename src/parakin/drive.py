@@ -97,7 +97,8 @@ class Drive:
 
         Where the conditioning falls, steps are kept too short to pass a singularity unseen.
         """
-        start, way = self.y, np.asarray(goal, dtype=float) - self.y
+        end = np.array(goal, dtype=float)
+        start, way = self.y, end - self.y
         length = float(np.abs(way / self._units()).max(initial=0.0))
         if length == 0.0:
             return None
@@ -110,7 +111,7 @@ class Drive:
             if slope < 0:  # it would be singular at last / -slope
                 step = min(step, -0.5 * last / slope)
             ahead = min(done + step, length)
-            y = start + way * (ahead / length)
+            y = end if ahead == length else start + way * (ahead / length)
             tick = self.solver.at(y, guess=self.tick.position, within=self._scale(_WITHIN * _STEP))
             refused = self._stop(tick)
             leaps = float(tick.conditioning) < 0.5 * last

@@ -1,0 +1,132 @@
+"""Driving by hand: it follows, and stops where geometry says it must."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import parakin
+from parakin.drive import Drive, choices, driven_by
+from parakin.tracking import Status
+
+
+def _drive(name: str, *driven: str) -> Drive:
+    return driven_by(parakin.load(name), driven)
+
+
+def test_a_platform_stops_where_an_arm_is_stretched() -> None:
+    drive = _drive("five-bar", "platform.x", "platform.y")
+    p = drive.solver.graph.parameters
+    reach, shoulder = p["proximal"] + p["distal"], p["base"] / 2
+    stop = drive.to([drive.y[0], 10.0])
+    assert stop is not None
+    assert drive.tick.status == Status.CONVERGED
+    x, y = drive.y
+    far = max(math.hypot(x - shoulder, y), math.hypot(x + shoulder, y))
+    assert far == pytest.approx(reach, abs=1e-5)
+    assert far < reach
+    blamed = {drive.solver.graph.joints[k].name for k in stop.joints}
+    assert blamed & {"A1", "A2", "B1", "B2"}
+
+
+def test_a_rocker_stops_where_crank_and_coupler_are_in_line() -> None:
+    drive = _drive("four-bar", "D")
+    p = drive.solver.graph.parameters
+    a, b, c, d = (p[k] for k in "abcd")
+
+    def rocker(diagonal: float) -> float:
+        """The angle at the rocker's pivot, from the base, to a coupler's end so far from A."""
+        return math.acos((c * c + d * d - diagonal**2) / (2 * c * d))
+
+    ends = {round(math.pi - rocker(s), 3) for s in (b + a, b - a)}
+    found = set()
+    for way in (-10.0, 10.0):
+        drive.home()
+        stop = drive.to(drive.y + way)
+        assert stop is not None
+        found.add(round(float(drive.y[0]) % (2 * math.pi), 3))
+    assert found == {round(e % (2 * math.pi), 3) for e in ends}
+
+
+def test_a_limit_stops_it_at_the_limit() -> None:
+    drive = _drive("seat-2dof", "A1", "A2")
+    _, high = drive.solver.graph.limits("A1")
+    stop = drive.to([9.0, 0.0])
+    assert stop is not None
+    assert stop.status == Status.LIMIT_EXCEEDED
+    assert [drive.solver.graph.joints[k].name for k in stop.joints] == ["A1"]
+    assert high - 1e-4 < drive.y[0] <= high
+    assert drive.to([0.0, 0.0]) is None  # and back
+
+
+def test_values_that_are_no_numbers_are_refused() -> None:
+    drive = _drive("four-bar", "A")
+    for bad in (math.nan, math.inf):
+        stop = drive.to([bad])
+        assert stop is not None
+        assert stop.status == Status.OUT_OF_REACH
+    assert drive.tick.status == Status.CONVERGED
+
+
+@settings(deadline=None)
+@given(st.lists(st.floats(-3, 3), min_size=6, max_size=6))
+def test_wherever_it_is_sent_it_stands_closed(goal: list[float]) -> None:
+    drive = _cached("gough-stewart")
+    drive.home()
+    stop = drive.to(goal)
+    assert drive.tick.status == Status.CONVERGED
+    assert drive.tick.residual < 1e-12 * max(1.0, drive.solver.graph.length)
+    assert stop is not None or np.array_equal(drive.y, goal)
+
+
+_kept: dict[str, Drive] = {}
+
+
+def _cached(name: str) -> Drive:
+    if name not in _kept:
+        solver = parakin.compile(name, coordinates="all")
+        _kept[name] = Drive(solver)
+    return _kept[name]
+
+
+@pytest.mark.parametrize("name", ["gough-stewart", "flight-simulator", "agile-eye"])
+def test_led_by_a_pose_it_takes_that_pose(name: str) -> None:
+    """There and back: where it stands leads to the same driven values."""
+    drive = _cached(name)
+    drive.home()
+    goal = drive.y + 0.05 * np.array([1.0, -1.0, 0.5, 0.3, -0.7, 0.9])[: len(drive.y)]
+    assert drive.to(goal) is None
+    there = drive.platform()
+    assert there is not None
+    drive.home()
+    np.testing.assert_allclose(drive.led(*there), goal, atol=1e-12)
+
+
+def test_forward_takes_over_the_pose_that_inverse_left() -> None:
+    mechanism = parakin.load("flight-simulator")
+    inverse = driven_by(mechanism, mechanism.driven)
+    assert inverse.to([1.9, 1.2, 0.1]) is None
+    forward = _drive("flight-simulator", "A2", "B3", "C3")
+    assert forward.from_pose(inverse.values)
+    for name, value in inverse.values.items():
+        assert forward.values[name] == pytest.approx(value, abs=1e-9)
+    assert not forward.from_pose(dict.fromkeys(inverse.values, 1.0))
+
+
+def test_what_can_be_driven() -> None:
+    sets = {
+        name: choices(parakin.compile(name, coordinates="all"))
+        for name in ("flight-simulator", "four-bar", "hexapod-on-3rps", "bennett")
+    }
+    pose = ("platform.x", "platform.y", "platform.phi")
+    assert sets["flight-simulator"] == {"inverse": pose, "forward": ("A2", "B3", "C3")}
+    assert sets["four-bar"] == {"inverse": ("D",), "forward": ("A",)}
+    assert sets["hexapod-on-3rps"]["forward"] == (
+        *(f"L{i}" for i in range(1, 4)),
+        *(f"P{i}" for i in range(1, 7)),
+    )
+    assert sets["bennett"]["forward"] == ("A",)
