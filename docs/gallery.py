@@ -1,11 +1,13 @@
 """The gallery, made when the documents are built: each mechanism of the catalogue with its picture,
-its first motion as a scene that plays, its file and its source.
+its first motion as a scene that plays, its scheme, its file and its source.
 
-Sphinx extension. It writes `docs/gallery/` (pages and pictures) and `docs/recorded/` (scenes).
+Sphinx extension. It writes `docs/gallery/` (pages) and `docs/recorded/` (pictures and scenes).
 """
 
 from __future__ import annotations
 
+import html
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,7 @@ import parakin
 from parakin.painting import picture
 from parakin.recording import recorded
 from parakin.repertoire import Repertoire, Shown
+from parakin.scheme import save, scheme
 
 _HERE = Path(__file__).parent
 _FRAME = """```{{raw}} html
@@ -20,24 +23,35 @@ _FRAME = """```{{raw}} html
   style="width: 100%; aspect-ratio: 4 / 3; border: 1px solid #ccc"></iframe>
 ```"""
 
+_SCHEME = """```{{raw}} html
+<img src="../pictures/{name}.svg" alt="kinematic scheme of {name}" style="background: white">
+```"""
+_STYLE = """<style>
+.gallery {display: grid; grid-template-columns: repeat(auto-fill, minmax(14rem, 1fr)); gap: 1rem}
+.gallery a {text-decoration: none; color: inherit; font-size: 0.9rem; line-height: 1.3}
+.gallery img {width: 100%; aspect-ratio: 1; object-fit: contain; background: white}
+</style>"""
 
-def setup(app: Any) -> dict[str, Any]:
-    app.connect("builder-inited", lambda _: build())
+
+def setup(_: Any) -> dict[str, Any]:
+    logging.getLogger("websockets").setLevel(logging.WARNING)  # Sphinx prints what others log
+    build()  # now, since Sphinx looks for the folder of scenes before any event
     return {"parallel_read_safe": True}
 
 
 def build() -> None:
-    """Write pages, pictures and scenes."""
-    pages, scenes = _HERE / "gallery", _HERE / "recorded" / "scenes"
-    for folder in (pages, scenes):
+    """Write pages, pictures, schemes and scenes."""
+    pages, extra = _HERE / "gallery", _HERE / "recorded"
+    for folder in (pages, extra / "pictures", extra / "scenes"):
         folder.mkdir(parents=True, exist_ok=True)
     names = list(parakin.catalogue())
     for name in names:
         repertoire = Repertoire(name)
         shown = repertoire.load(name)
         take = repertoire.play(shown, shown.motions[0]) if shown.motions else None
-        picture(shown.drawing).savefig(pages / f"{name}.png", dpi=120)
-        _changed(scenes / f"{name}.html", recorded(shown, take))
+        picture(shown.drawing).savefig(extra / "pictures" / f"{name}.png", dpi=80)
+        save(scheme(shown.graph), extra / "pictures" / f"{name}.svg")
+        _changed(extra / "scenes" / f"{name}.html", recorded(shown, take))
         _changed(pages / f"{name}.md", _page(shown))
     _changed(pages / "index.md", _index(names))
 
@@ -50,15 +64,17 @@ def _changed(path: Path, text: str) -> None:
 
 def _index(names: list[str]) -> str:
     titles = parakin.catalogue()
-    cards = "\n\n".join(
-        f"[![{name}]({name}.png){{width=45%}}]({name}.md)\n[{titles[name]}]({name}.md)"
+    cards = "\n".join(
+        f'<a href="{name}.html"><img src="../pictures/{name}.png" alt=""><b>{name}</b><br>'
+        f"{html.escape(titles[name])}</a>"
         for name in names
     )
     listed = "\n".join(names)
     return (
         "# Gallery\n\nEvery mechanism of the catalogue. Its page has a scene that plays: turn it "
         "with the mouse. `parakin view NAME` opens the whole viewer.\n\n"
-        f"{cards}\n\n```{{toctree}}\n:hidden:\n\n{listed}\n```\n"
+        f"```{{raw}} html\n{_STYLE}\n<div class=gallery>\n{cards}\n</div>\n```\n\n"
+        f"```{{toctree}}\n:hidden:\n\n{listed}\n```\n"
     )
 
 
@@ -78,7 +94,7 @@ def _page(shown: Shown) -> str:
         f"```{{note}}\n{shown.problem}\n```" if shown.problem else "",
         _FRAME.format(name=shown.name),
         motion,
-        f"![{shown.name} at home]({shown.name}.png)",
+        _SCHEME.format(name=shown.name),
         f"`parakin view {shown.name}` opens the viewer. The file:",
         f"```toml\n{file.read_text('utf-8').rstrip()}\n```",
     ]

@@ -29,7 +29,7 @@ def recorded(shown: Shown, take: Take | None) -> str:
         server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     try:
         server.initial_camera.up = view.up
-        server.initial_camera.position = view.middle + 1.0 * view.span * view.eye
+        server.initial_camera.position = view.middle + 0.85 * view.span * view.eye
         server.initial_camera.look_at = view.middle
         server.scene.configure_default_lights(enabled=True, cast_shadow=False)
         scene = Scene(server.scene, shown.drawing, shown.meshes)
