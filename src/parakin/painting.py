@@ -74,6 +74,10 @@ class Painter:
         turned_triangles = np.einsum("mij,mkj->mki", R[self.bodies], self.triangles)
         return np.asarray(turned_triangles + p[self.bodies][:, None])
 
+    def seen(self, places: FloatArray) -> FloatArray:
+        """Places in the world (n, 3) in the picture (n, 2)."""
+        return np.asarray((places - self.drawing.view.middle) @ self.frame()[:2].T)
+
     def window(self, R: FloatArray, p: FloatArray) -> FloatArray:
         """What is seen over poses (n, bodies, ...): left, right, bottom and top, with a margin."""
         seen = [self.corners(*pose)[:, :, :2].reshape(-1, 2) for pose in zip(R, p, strict=True)]
@@ -102,7 +106,7 @@ class Painter:
 
         polygons, colours = self.polygons(R, p)
         painted = PolyCollection(
-            list(polygons), facecolors=colours, edgecolors=colours, linewidths=0.3
+            list(polygons), facecolors=colours, edgecolors=colours, linewidths=0.5
         )
         axes.add_collection(painted)
         left, right, bottom, top = self.window(R[None], p[None])
