@@ -108,7 +108,8 @@ def images(
 
     figure = Figure(figsize=(_WIDTH / 100, _HEIGHT / 100), dpi=100, layout="constrained")
     canvas = FigureCanvasAgg(figure)
-    left, right = np.ravel(figure.subfigures(1, 2, width_ratios=(1.1, 1)))  # type: ignore[call-overload]
+    grid = figure.add_gridspec(1, 2, width_ratios=(1.1, 1))
+    left, right = figure.add_subfigure(grid[0]), figure.add_subfigure(grid[1])
     draw_histories(right, ds, symbols=symbols)
     cursors = [axes.axvline(time[0], color="0.2", linewidth=1.0) for axes in right.axes]
     figure.suptitle(title, fontsize=11, parse_math=False)
@@ -132,7 +133,7 @@ def images(
     for k in range(len(time)):
         canvas.restore_region(still)  # type: ignore[no-untyped-call]
         polygons, colours = painter.polygons(R[k], p[k])
-        painted.set_verts(list(polygons), closed=True)
+        painted.set_verts(polygons)  # type: ignore[arg-type]  # an array is some ten times faster
         painted.set(facecolors=colours, edgecolors=colours)
         trace.set_data(way[: k + 1, 0], way[: k + 1, 1])
         clock.set_text(f"t = {time[k]:.2f} s{faster}")
@@ -142,7 +143,7 @@ def images(
         for cursor in cursors:
             cursor.set_xdata([time[k], time[k]])
         for artist in moving:
-            artist.axes.draw_artist(artist)
+            artist.draw(canvas.get_renderer())  # type: ignore[no-untyped-call]
         seen = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
         yield seen[:, :, :3].copy()
 

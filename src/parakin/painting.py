@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _LIGHT = np.array([0.35, 0.55, 0.75])  # right, up, towards the eye
 _AMBIENT = 0.45
+_SIDES = 12  # of what is round: fewer than in a scene that can be zoomed into
 _MARGIN = 0.04  # of the width or height of what is seen
 _LONG = 1 / 12  # of the size: triangles with longer edges are not sorted well by their middles
 
@@ -47,7 +48,7 @@ class Painter:
             bar = Bar(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, along]]), rod.radius)
             pieces.append((len(drawing.poses) + k, bar, (150, 158, 168)))
         for body, form, colour in pieces:
-            solid = mesh(form)
+            solid = mesh(form, _SIDES)
             small = _divided(solid.vertices[solid.faces], _LONG * drawing.size)
             triangles.append(small)
             bodies.append(np.full(len(small), body))
