@@ -9,7 +9,7 @@ from parakin.drawing import drawing_of
 from parakin.files import catalogue, load
 from parakin.graph import graph_of
 from parakin.painting import Painter, picture
-from parakin.shapes import Ball, Bar, Block, Mesh, Plate, mesh
+from parakin.shapes import Ball, Bar, Block, Form, Mesh, Plate, mesh
 
 pytest.importorskip("matplotlib")
 
@@ -22,14 +22,14 @@ def volume(solid: Mesh) -> float:
 
 def polygon(sides: int) -> float:
     """The area of a regular polygon in a circle of radius one."""
-    return sides / 2 * np.sin(2 * np.pi / sides)
+    return sides / 2 * float(np.sin(2 * np.pi / sides))
 
 
-SOLIDS = {
+SOLIDS: dict[str, tuple[Form, float, float]] = {
     "bar": (Bar(np.array([[1.0, 2, 3], [1, 4, 3]]), 0.5), 2 * 0.25 * polygon(20), 1e-12),
     "block": (Block(np.ones(3), np.eye(3), (1.0, 2.0, 3.0)), 6.0, 1e-12),
     "plate": (Plate(np.array([[0.0, 0, 1], [2, 0, 1], [0, 3, 1]]), 0.1), 0.3, 1e-12),
-    "ball": (Ball(np.ones(3), 0.5), np.pi / 6, 0.04),
+    "ball": (Ball(np.ones(3), 0.5), np.pi / 6, 0.05),
 }
 
 
@@ -65,8 +65,14 @@ def test_division_keeps_the_area_and_shortens_the_edges() -> None:
     triangles = Painter.of(drawing).triangles
     edges = np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2)
     assert edges.max() <= drawing.size / 12
-    plate = next(p.form for p in drawing.pieces if p.part == "platform")
-    assert isinstance(plate, Plate)
+    area = np.linalg.norm(
+        np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1
+    ).sum()
+    whole = 0.0
+    for solid in (mesh(piece.form, 12) for piece in drawing.pieces):
+        a, b, c = solid.vertices[solid.faces].transpose(1, 0, 2)
+        whole += np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    assert area == pytest.approx(whole, rel=1e-9)
 
 
 def test_the_pins_of_a_four_bar_stand_where_its_closed_form_says() -> None:
@@ -85,3 +91,28 @@ def test_the_pins_of_a_four_bar_stand_where_its_closed_form_says() -> None:
             ends = drawing.world(pin.body, pin.form.points)
             np.testing.assert_allclose(ends[:, 0], place.real, atol=1e-9)
             np.testing.assert_allclose(ends[:, 1], place.imag, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["gough-stewart", "flight-simulator", "3-rpr", "tricept"])
+def test_a_piston_stays_in_its_cylinder_over_the_stroke(name: str) -> None:
+    drawing = drawing_of(graph_of(load(name)))
+    graph, seen = drawing.graph, 0
+    pistons = {p.body: p.form for p in drawing.pieces if p.part == "piston"}
+    for piece in drawing.pieces:
+        if piece.part != "cylinder" or piece.joint is None:
+            continue
+        joint = graph.joints[piece.joint]
+        tube, rod = piece.form, pistons[joint.child]
+        assert isinstance(tube, Bar)
+        assert isinstance(rod, Bar)
+        bottom, top = drawing.world(joint.parent, tube.points)
+        length = float(np.linalg.norm(top - bottom))
+        axis = (top - bottom) / length
+        R = drawing.poses[joint.parent][0] @ np.array(joint.F.R, dtype=float)
+        inner = drawing.world(joint.child, rod.points)[1] - bottom
+        np.testing.assert_allclose(np.cross(inner, axis), 0, atol=1e-7 * drawing.size)
+        for end in drawing.stroke(piece.joint):
+            out = (end - drawing.q[joint.first]) * (R[:, 2] @ axis)
+            assert -2.1 * drawing.radius <= inner @ axis + out <= length
+        seen += 1
+    assert seen == {"gough-stewart": 6, "flight-simulator": 4}.get(name, 3)  # E2P slides unpowered
