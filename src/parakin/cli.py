@@ -226,8 +226,9 @@ def _draw(options: argparse.Namespace) -> int:
 
 
 def _solve(options: argparse.Namespace) -> int:
-    from parakin import plots, tables
+    from parakin import film, plots, tables
     from parakin.compiler import compile as compile_mechanism
+    from parakin.drawing import drawing_of
     from parakin.files import check_writable
     from parakin.report import singularities_report, solve_report
 
@@ -239,7 +240,9 @@ def _solve(options: argparse.Namespace) -> int:
         tables.check_output(output)
     if options.plot is not None:
         plots.check_figure(options.plot)
-    for path in (output, options.plot):
+    if options.animate is not None:
+        film.check_film(options.animate)
+    for path in (output, options.plot, options.animate):
         if path is not None:
             _refuse_input(path, (options.mechanism, options.loops, options.motion))
             check_writable(path)
@@ -254,10 +257,14 @@ def _solve(options: argparse.Namespace) -> int:
     )
     # The first result of a process pays for imports, which the time told should not.
     next(solver.stream(dataclasses.replace(motion, count=min(motion.count, 2))), None)
-    run = _Run(motion.count, options.plot is not None or options.singularities)
+    animated = options.animate is not None
+    run = _Run(motion.count, options.plot is not None or options.singularities or animated)
     windows = run.watched(
-        solver.stream(motion, _WINDOW, bodies=options.bodies, parallel=True), _console(stderr=True)
+        solver.stream(motion, _WINDOW, bodies=options.bodies or animated, parallel=True),
+        _console(stderr=True),
     )
+    if animated and not options.bodies:  # the film's alone
+        windows = (window.drop_dims(["body", "axis", "quaternion"]) for window in windows)
     if output is not None:
         tables.write(windows, output)
     elif to_stdout:
@@ -272,6 +279,9 @@ def _solve(options: argparse.Namespace) -> int:
     if options.plot is not None:
         figure = plots.histories(run.picture(), symbols=mechanism.symbols, title=title)
         plots.save(figure, options.plot)
+    if animated:
+        drawing = drawing_of(solver.graph)
+        film.save(drawing, run.picture(), options.animate, mechanism.symbols, title)
     console = _console(stderr=True, width=_WIDE)
     console.print(title, style="bold", markup=False)
     console.print(solve_report(run.last, run.found, run.seconds))
@@ -281,7 +291,7 @@ def _solve(options: argparse.Namespace) -> int:
         console.print(
             singularities_report(solver.singularities(picture, motion if whole else None))
         )
-    written = [str(path) for path in (output, options.plot) if path is not None]
+    written = [str(path) for path in (output, options.plot, options.animate) if path is not None]
     if written:
         console.print(f"wrote {', '.join(written)}", markup=False)
     return 1 if run.found.first_flag is not None else 0

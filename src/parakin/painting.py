@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _LIGHT = np.array([0.35, 0.55, 0.75])  # right, up, towards the eye
 _AMBIENT = 0.45
+_SIDES = 12  # of what is round: fewer than in a scene that can be zoomed into
 _MARGIN = 0.04  # of the width or height of what is seen
 _LONG = 1 / 12  # of the size: triangles with longer edges are not sorted well by their middles
 
@@ -47,7 +48,7 @@ class Painter:
             bar = Bar(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, along]]), rod.radius)
             pieces.append((len(drawing.poses) + k, bar, (150, 158, 168)))
         for body, form, colour in pieces:
-            solid = mesh(form)
+            solid = mesh(form, _SIDES)
             small = _divided(solid.vertices[solid.faces], _LONG * drawing.size)
             triangles.append(small)
             bodies.append(np.full(len(small), body))
@@ -73,6 +74,10 @@ class Painter:
         R, p = seen @ R, (p - self.drawing.view.middle) @ seen.T
         turned_triangles = np.einsum("mij,mkj->mki", R[self.bodies], self.triangles)
         return np.asarray(turned_triangles + p[self.bodies][:, None])
+
+    def seen(self, places: FloatArray) -> FloatArray:
+        """Places in the world (n, 3) in the picture (n, 2)."""
+        return np.asarray((places - self.drawing.view.middle) @ self.frame()[:2].T)
 
     def window(self, R: FloatArray, p: FloatArray) -> FloatArray:
         """What is seen over poses (n, bodies, ...): left, right, bottom and top, with a margin."""
@@ -102,7 +107,7 @@ class Painter:
 
         polygons, colours = self.polygons(R, p)
         painted = PolyCollection(
-            list(polygons), facecolors=colours, edgecolors=colours, linewidths=0.3
+            list(polygons), facecolors=colours, edgecolors=colours, linewidths=0.5
         )
         axes.add_collection(painted)
         left, right, bottom, top = self.window(R[None], p[None])

@@ -16,7 +16,7 @@ from parakin.tracking import Status
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 SUFFIXES = (".png", ".svg", ".pdf")
 _DASHES = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)))
@@ -54,8 +54,7 @@ def histories(
 
     orders = orders or [order for order in ORDERS if order in ds]
     names = list(coordinates) if coordinates is not None else _default(ds)
-    units = dict(zip(ds["coordinate"].values.tolist(), ds["unit"].values.tolist(), strict=True))
-    columns = [group for unit in ("m", "rad") if (group := [n for n in names if units[n] == unit])]
+    columns = _columns(ds, names)
     style: dict[Any, Any] = {
         "font.size": 9,
         "svg.fonttype": "none",
@@ -66,17 +65,37 @@ def histories(
         figure = Figure(
             figsize=(4.6 * len(columns) + 0.8, 1.9 * len(orders) + 0.6), layout="constrained"
         )
-        grid = figure.subplots(len(orders), len(columns), sharex=True, squeeze=False)
-        for column, group in zip(grid.T, columns, strict=True):
-            for axes, order in zip(column, orders, strict=True):
-                _draw(axes, ds, group, order, units[group[0]], symbols or {})
-            column[0].legend(
-                loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False, fontsize=9
-            )
-            column[-1].set_xlabel("time  $t$ [s]")
+        draw_histories(figure, ds, names, symbols, orders)
         if title:
             figure.suptitle(title, fontsize=10, parse_math=False)
     return figure
+
+
+def draw_histories(
+    figure: Figure | SubFigure,
+    ds: xr.Dataset,
+    coordinates: Sequence[str] | None = None,
+    symbols: Mapping[str, str] | None = None,
+    orders: Sequence[str] | None = None,
+) -> None:
+    """The same into a figure, or a part of one."""
+    orders = orders or [order for order in ORDERS if order in ds]
+    columns = _columns(ds, list(coordinates) if coordinates is not None else _default(ds))
+    grid = figure.subplots(len(orders), len(columns), sharex=True, squeeze=False)
+    for column, (unit, group) in zip(grid.T, columns, strict=True):
+        for axes, order in zip(column, orders, strict=True):
+            _draw(axes, ds, group, order, unit, symbols or {})
+        column[0].legend(
+            loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False, fontsize=9
+        )
+        column[-1].set_xlabel("time  $t$ [s]")
+
+
+def _columns(ds: xr.Dataset, names: Sequence[str]) -> list[tuple[str, list[str]]]:
+    """Lengths and angles apart: unit, and names."""
+    units = dict(zip(ds["coordinate"].values.tolist(), ds["unit"].values.tolist(), strict=True))
+    groups = [(unit, [n for n in names if units[n] == unit]) for unit in ("m", "rad")]
+    return [(unit, group) for unit, group in groups if group]
 
 
 def _default(ds: xr.Dataset) -> list[str]:

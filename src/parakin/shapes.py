@@ -62,14 +62,14 @@ class Plate:
 Form = Bar | Ball | Block | Plate | Mesh
 
 
-def mesh(form: Form) -> Mesh:
-    """The triangles of a form."""
+def mesh(form: Form, sides: int = _SIDES) -> Mesh:
+    """The triangles of a form; what is round gets so many sides."""
     if isinstance(form, Mesh):
         return form
     if isinstance(form, Bar):
-        return joined([_round(a, b, form.radius) for a, b in _steps(form.points)])
+        return joined([_round(a, b, form.radius, sides) for a, b in _steps(form.points)])
     if isinstance(form, Ball):
-        return _ball(form.centre, form.radius)
+        return _ball(form.centre, form.radius, sides)
     if isinstance(form, Block):
         corners = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)]) / 2
         return hull(form.centre + (corners * form.sides) @ form.R.T)
@@ -128,25 +128,25 @@ def _steps(points: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
     return [(a, b) for a, b in pairs if np.linalg.norm(b - a) > 0] or pairs[:1]
 
 
-def _round(a: FloatArray, b: FloatArray, radius: float) -> Mesh:
+def _round(a: FloatArray, b: FloatArray, radius: float, sides: int) -> Mesh:
     """A cylinder with flat ends, which have corners of their own so that edges stay sharp."""
     length = float(np.linalg.norm(b - a))
     axis = (b - a) / length if length else np.array([0.0, 0.0, 1.0])
     x = perpendicular(axis)
-    angle = np.linspace(0, 2 * np.pi, _SIDES, endpoint=False)[:, None]
+    angle = np.linspace(0, 2 * np.pi, sides, endpoint=False)[:, None]
     ring = radius * (np.cos(angle) * x + np.sin(angle) * np.cross(axis, x))
-    n = np.arange(_SIDES)
-    m = (n + 1) % _SIDES
+    n = np.arange(sides)
+    m = (n + 1) % sides
     walls = np.concatenate(
-        [np.column_stack([n, m, m + _SIDES]), np.column_stack([n, m + _SIDES, n + _SIDES])]
+        [np.column_stack([n, m, m + sides]), np.column_stack([n, m + sides, n + sides])]
     )
-    below = np.column_stack([np.zeros(_SIDES - 2, int), n[2:], n[1:-1]]) + 2 * _SIDES
-    above = np.column_stack([np.zeros(_SIDES - 2, int), n[1:-1], n[2:]]) + 3 * _SIDES
+    below = np.column_stack([np.zeros(sides - 2, int), n[2:], n[1:-1]]) + 2 * sides
+    above = np.column_stack([np.zeros(sides - 2, int), n[1:-1], n[2:]]) + 3 * sides
     return Mesh(np.concatenate([a + ring, b + ring] * 2), np.concatenate([walls, below, above]))
 
 
-def _ball(centre: FloatArray, radius: float) -> Mesh:
-    rows, columns = 10, _SIDES
+def _ball(centre: FloatArray, radius: float, sides: int) -> Mesh:
+    rows, columns = sides // 2, sides
     polar = np.linspace(0, np.pi, rows + 1)[:, None]
     around = np.linspace(0, 2 * np.pi, columns, endpoint=False)
     x, y = np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around)
