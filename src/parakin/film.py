@@ -118,8 +118,12 @@ def images(
     painted = painter.paint(axes, R[0], p[0])
     some = np.unique(np.linspace(0, len(R) - 1, _FITTED).round().astype(int))
     window = painter.window(R[some], p[some])
-    axes.set(xlim=tuple(window[:2]), ylim=tuple(window[2:]))
     way = painter.seen(_traced(drawing, R, p))
+    (left_edge, right_edge), (bottom, top) = (
+        (np.nanmin([low, *along]), np.nanmax([high, *along]))
+        for low, high, along in zip(window[::2], window[1::2], way.T, strict=True)
+    )
+    axes.set(xlim=(left_edge, right_edge), ylim=(bottom, top))
     (trace,) = axes.plot([], [], color="#D55E00", linewidth=1.2, zorder=3)
     clock = axes.text(0.01, 0.01, "", transform=axes.transAxes, fontsize=10, zorder=4)
     flag = axes.text(0.01, 0.97, "", transform=axes.transAxes, fontsize=10, color="#B00000")

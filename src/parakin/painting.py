@@ -33,11 +33,14 @@ class Painter:
     triangles: FloatArray  # (m, 3, 3), in their body's frame
     bodies: IntArray
     colours: FloatArray  # (m, 3)
+    behind: FloatArray  # (m,), how much farther than it is each is taken to be
 
     @classmethod
     def of(cls, drawing: Drawing) -> Painter:
         """The painter of a drawing."""
-        triangles, bodies, colours = [], [], []
+        triangles, bodies, colours, behind = [], [], [], []
+        # A piston is hidden by its tube, whose wall is nearer than the middles of triangles tell.
+        hidden = {id(p.form) for p in drawing.pieces if p.part == "piston"}
         pieces: list[tuple[int, Form, tuple[int, int, int]]] = [
             (p.body, p.form, drawing.colour(p)) for p in drawing.pieces
         ]
@@ -52,9 +55,14 @@ class Painter:
             small = _divided(solid.vertices[solid.faces], _LONG * drawing.size)
             triangles.append(small)
             bodies.append(np.full(len(small), body))
+            behind.append(np.full(len(small), 2 * drawing.radius * (id(form) in hidden)))
             colours.append(np.tile(np.array(colour) / 255, (len(small), 1)))
         return cls(
-            drawing, np.concatenate(triangles), np.concatenate(bodies), np.concatenate(colours)
+            drawing,
+            np.concatenate(triangles),
+            np.concatenate(bodies),
+            np.concatenate(colours),
+            np.concatenate(behind),
         )
 
     def frame(self) -> FloatArray:
@@ -98,7 +106,8 @@ class Painter:
         normals /= np.linalg.norm(normals, axis=1)[:, None]
         light = _LIGHT / np.linalg.norm(_LIGHT)
         shade = _AMBIENT + (1 - _AMBIENT) * np.clip(normals @ light, 0, 1)
-        order = np.argsort(corners[:, :, 2].mean(axis=1), kind="stable")
+        depth = corners[:, :, 2].mean(axis=1) - self.behind[facing]
+        order = np.argsort(depth, kind="stable")
         return corners[order, :, :2], np.clip(colours * shade[:, None] * 1.1, 0, 1)[order]
 
     def paint(self, axes: Axes, R: FloatArray, p: FloatArray) -> PolyCollection:
