@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import re
+import signal
 import socket
 import subprocess
 import sys
@@ -219,6 +220,60 @@ def test_two_pages_are_apart_and_closing_one_frees_it(browser: Any) -> None:
         one.close()
 
 
+def test_without_loop_it_stops_at_the_end(browser: Any) -> None:
+    with viewed(browser, "four-bar") as page:
+        page.choose("Speed", "4")
+        page.page.get_by_role("checkbox", name="Loop").uncheck()
+        page.press("Play")
+        until(lambda: page.session.playing)
+        until(lambda: not page.session.playing)
+        take = page.session.take
+        assert take is not None
+        assert page.session.time == take.time[-1]
+        _agree(page, take.position[-1], take.wxyz[-1])
+
+
+_TOO_FAR = """
+[motions.far]
+duration = "1 s"
+laws = { platform.y = { law = "cosine", by = "1 m" } }
+"""
+
+
+def test_a_motion_that_cannot_go_on_ends_at_its_last_good_pose(
+    browser: Any, tmp_path: Path
+) -> None:
+    path = tmp_path / "mine.toml"
+    file = Path(parakin.__file__).parent / "catalog" / "five-bar.toml"
+    path.write_text(file.read_text("utf-8") + _TOO_FAR, "utf-8")
+    with viewed(browser, path) as page:
+        page.choose("Motion", "far")
+        until(lambda: page.session.take is not None and page.session.take.name == "far")
+        take = page.session.take
+        assert take is not None
+        assert take.stop is not None
+        page.session.seek(float(take.time[-1]))
+        page.page.get_by_text(re.compile("stopped: ended at 0.[0-9]+ s")).wait_for()
+        # Both arms stretched, on the axis of symmetry: the paper-and-pencil end of the reach.
+        end = np.sqrt((0.15 + 0.22) ** 2 - 0.1**2)
+        assert take.point is not None
+        assert 0 < end - take.point[-1, 1] < 5e-3
+        names = {page.session.shown.graph.joints[k].name for k in take.stop.joints}
+        assert names
+        lit = page.colours(f"/mechanism/{'base'}/joint A1")
+        assert (COLOURS["offending"] in lit) == ("A1" in names)
+
+
+def test_a_bad_motion_is_told_and_the_one_before_stays(browser: Any, tmp_path: Path) -> None:
+    path = tmp_path / "recorded.csv"
+    path.write_text("time [s],A [deg]\n0,10\n0,20\n", "utf-8")
+    with viewed(browser, "four-bar", motions=(str(path),)) as page:
+        page.choose("Motion", str(path))
+        page.page.get_by_text(re.compile("Error: .*recorded.csv")).wait_for()
+        assert page.session.take is not None
+        assert page.session.take.name == "turn"
+
+
 def test_what_cannot_be_driven_is_shown_and_told(browser: Any) -> None:
     with viewed(browser, "flight-simulator-upu") as page:
         page.page.get_by_text(re.compile("only 1 can move independently")).wait_for()
@@ -242,6 +297,30 @@ def test_it_is_bound_to_the_loopback_address_alone() -> None:
         with pytest.raises(ConnectionRefusedError):
             socket.create_connection(("127.0.0.2", port), 5)
         assert viewer.server.request_share_url() is None
+
+
+def test_ctrl_c_is_how_it_ends() -> None:
+    view = [sys.executable, "-m", "parakin", "view", "four-bar", "--port", "0"]
+    process = subprocess.Popen(view, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    said = process.stdout.readline()
+    assert said.startswith("four-bar at http://127.0.0.1:")
+    process.send_signal(signal.SIGINT)
+    rest, errors = process.communicate(timeout=30)
+    assert (process.returncode, rest, errors) == (0, "", "")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["nothing"], ["four-bar", "--port", "70000"], ["four-bar", "--host", "300.1.1.1"]],
+)
+def test_what_cannot_be_served_is_told_in_one_line(arguments: list[str]) -> None:
+    view = [sys.executable, "-m", "parakin", "view", *arguments]
+    done = subprocess.run(view, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1
+    assert arguments[-1] in done.stderr
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "::1", "127.0.0.9"])
@@ -295,6 +374,27 @@ def test_only_meshes_that_are_named_are_read(tmp_path: Path) -> None:
     shown = Repertoire(str(path), meshes=(str(shape),)).load(str(path))
     corners = np.unique(np.round(shown.meshes["coupler"].vertices, 9), axis=0)
     np.testing.assert_allclose(corners, [[0, 0, 0.01], [0, 0.001, 0.01], [0.001, 0, 0.01]])
+
+
+def test_meshes_of_limbs_are_numbered(tmp_path: Path) -> None:
+    path = tmp_path / "legs.toml"
+    path.write_text(
+        """
+name = "legs"
+[bodies]
+[joints]
+[limbs.leg]
+count = 2
+each = { x = [0, 1] }
+[limbs.leg.bodies]
+"leg{i}" = { mesh = { file = "x{i}.stl", on_body = { at = ["x", 0, 0] } } }
+[limbs.leg.joints]
+"A{i}" = { kind = "revolute", parent = "base", child = "leg{i}", on_parent = { at = ["x", 0, 0] } }
+""",
+        "utf-8",
+    )
+    bodies = parakin.load(path).bodies
+    assert [body.mesh and body.mesh.file for body in bodies] == ["x1.stl", "x2.stl"]
 
 
 def test_a_broken_mesh_is_told_by_its_name(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import shlex
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -158,8 +158,10 @@ def _view(options: argparse.Namespace) -> int:
             console.print(exposed, style="bold yellow", markup=False)
         console.print(f"{options.mechanism} at {viewer.url} (Ctrl-C ends)", markup=False)
         sys.stdout.flush()
-        while True:
-            time.sleep(3600)
+        with suppress(KeyboardInterrupt):  # how it is meant to end
+            while True:
+                time.sleep(3600)
+    return 0
 
 
 def _check(options: argparse.Namespace) -> int:

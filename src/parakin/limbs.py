@@ -17,7 +17,7 @@ from parakin.validation import Table, validated
 
 MAX_LIMBS = 1000
 _MAX_TEXT = 1_000_000  # characters when spelt out, as much as a file may have
-_PLAIN = ("kind", "parent", "child")  # texts that are names, never expressions
+_PLAIN = ("kind", "parent", "child", "file")  # texts that are names, never expressions
 
 
 class _Limb(Table):

@@ -135,7 +135,13 @@ class Session:
 
     def _choose(self, name: str) -> None:
         self._state.content = "loading …"
-        self._show(self.repertoire.load(name))
+        try:
+            shown = self.repertoire.load(name)
+        except ParakinError:
+            self._mechanism.value = self.shown.name
+            self._state.content = ""
+            raise
+        self._show(shown)
 
     def reloaded(self, shown: Shown) -> None:
         """Take over a mechanism whose file has changed, if this page shows it."""
@@ -189,8 +195,15 @@ class Session:
         if name == _STANDS:
             return
         self._state.content = "solving …"
-        take = self.repertoire.play(self.shown, name)
+        try:
+            take = self.repertoire.play(self.shown, name)
+        except ParakinError:
+            self._state.content = "stands as it was"
+            if self.take is not None:
+                self._motion.value = self.take.name
+            raise
         self.take = take
+        self.tell(self.shown.problem)
         with self.client.atomic():
             self._motion.value = name
             last = max(float(take.time[-1]), 1e-3)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import io
 import ipaddress
+import socket
 import threading
 from collections.abc import Iterator
 from typing import Any
@@ -53,12 +54,9 @@ def serving(repertoire: Repertoire, host: str = "127.0.0.1", port: int = 8080) -
     first = repertoire.load(repertoire.named)
     if not 0 <= port <= 65535:
         raise InputError("--port", str(port), "0 to 65535")
-    try:
-        with contextlib.redirect_stdout(io.StringIO()):  # its banner
-            server = viser.ViserServer(host=host, port=port, label="parakin", verbose=False)
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"address {host}:{port}", reason, "one to serve at") from None
+    _check_address(host)
+    with contextlib.redirect_stdout(io.StringIO()):  # its banner
+        server = viser.ViserServer(host=host, port=port, label="parakin", verbose=False)
     viewer = Viewer(server, repertoire, first)
     try:
         yield viewer
@@ -66,6 +64,19 @@ def serving(repertoire: Repertoire, host: str = "127.0.0.1", port: int = 8080) -
         viewer.close()
         with contextlib.redirect_stdout(io.StringIO()):
             server.stop()
+
+
+def _check_address(host: str) -> None:
+    """Raises InputError on an address that is not this computer's; viser would wait for ever."""
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(
+            host, 0, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        )[0]
+        with socket.socket(family, kind, protocol) as probe:
+            probe.bind(address)
+    except (OSError, UnicodeError) as error:
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        raise InputError(f"--host {host}", reason, "an address of this computer") from None
 
 
 class Viewer:
@@ -94,6 +105,8 @@ class Viewer:
 
     def _opened(self, client: Any) -> None:
         self.sessions[client.client_id] = Session(client, self.repertoire, self._first)
+        if client.client_id not in self.server.get_clients():  # gone meanwhile
+            self._left(client)
 
     def _left(self, client: Any) -> None:
         session = self.sessions.pop(client.client_id, None)
@@ -112,7 +125,8 @@ class Viewer:
                 self._first = self.repertoire.load(self.repertoire.named)
             except ParakinError as error:
                 for session in list(self.sessions.values()):
-                    session.tell(str(error))
+                    if session.shown.name == self.repertoire.named:
+                        session.tell(str(error))
                 continue
             for session in list(self.sessions.values()):
                 session.reloaded(self._first)
