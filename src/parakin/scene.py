@@ -11,7 +11,7 @@ import numpy as np
 from parakin.drawing import COLOURS, Drawing
 from parakin.shapes import Bar, FloatArray, Mesh, joined, mesh
 
-_ROOT = "/mechanism"
+_ROOT = "/mechanism"  # bodies are below it, and what no body can be called, by a dot
 _ROD = (150, 158, 168)
 
 
@@ -102,7 +102,7 @@ class Scene:
             )
             along = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, float(np.linalg.norm(end - start))]])
             name = self.drawing.graph.joints[rod.joint].name
-            node = self._mesh(f"{_ROOT}/rod {name}", mesh(Bar(along, rod.radius)), _ROD)
+            node = self._mesh(f"{_ROOT}/.rod {name}", mesh(Bar(along, rod.radius)), _ROD)
             self._joints.setdefault(rod.joint, []).append((node, _ROD))
             self._rods.append(node)
         self._place_rods(
@@ -125,7 +125,7 @@ class Scene:
         cell = 10.0 ** np.floor(np.log10(size / 4))
         axis = int(np.argmax(np.abs(up)))
         self.api.add_grid(
-            f"{_ROOT}/floor",
+            f"{_ROOT}/.floor",
             width=40 * cell,
             height=40 * cell,
             cell_size=cell,
@@ -179,7 +179,7 @@ class Scene:
         if len(points) > 1:
             pairs = np.stack([points[:-1], points[1:]], axis=1).astype(np.float32)
             self.trace_node = self.api.add_line_segments(
-                f"{_ROOT}/trace",
+                f"{_ROOT}/.trace",
                 pairs,
                 colors=(200, 30, 120),
                 thickness=2.0,

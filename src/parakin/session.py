@@ -7,23 +7,21 @@ It plays what is solved and takes sliders, and knows no mechanics: poses come fr
 from __future__ import annotations
 
 import math
-import re
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
 import numpy as np
 
+from parakin.captions import plain, unit_of, words
 from parakin.charts import Charts
 from parakin.drive import Drive, Stop, choices, driven_by
 from parakin.errors import ParakinError
-from parakin.graph import Graph
 from parakin.repertoire import Repertoire, Shown, Take
 from parakin.scene import Scene
-from parakin.tracking import Status
 
 _RATE = 60.0  # poses a second
 _SLOW = 8.0  # other updates a second
@@ -128,7 +126,7 @@ class Session:
 
     def tell(self, message: str) -> None:
         """Show what is wrong; "" clears it."""
-        self._message.content = f"**Error:** {_plain(message)}" if message else ""
+        self._message.content = f"**Error:** {plain(message)}" if message else ""
         self._message.visible = bool(message)
 
     # What is shown
@@ -166,8 +164,8 @@ class Session:
             self.scene.show_names(self._names.value)
             if not keep:
                 self._look_at()
-            source = f"  \n{_plain(shown.mechanism.source)}" if shown.mechanism.source else ""
-            self._title.content = f"**{_plain(shown.mechanism.title or shown.name)}**{source}"
+            source = f"  \n{plain(shown.mechanism.source)}" if shown.mechanism.source else ""
+            self._title.content = f"**{plain(shown.mechanism.title or shown.name)}**{source}"
             self.take, self.drive = None, None
             self._fill_drive()
             self._motion.options = list(shown.motions) or [_STANDS]
@@ -461,30 +459,3 @@ class Session:
             self._closed, self.playing = True, False
             self._wake.notify_all()
         self._player.join()
-
-
-def unit_of(graph: Graph, name: str) -> tuple[str, float]:
-    """In which unit a coordinate is shown, and how many of it make one SI unit."""
-    angle = graph.coordinates[graph.index(name, "driven")].angle
-    return ("deg", math.degrees(1.0)) if angle else ("mm", 1e3)
-
-
-def words(
-    what: str, conditioning: float, residual: float, stop: Stop | None, lit: Sequence[str]
-) -> str:
-    """What is always in view, as Markdown."""
-    limits = f"beyond: {', '.join(lit)}" if lit and stop is None else "kept"
-    if stop is not None:
-        status = f"**stopped: {_plain(stop.words)}**"
-        limits = "reached" if stop.status == Status.LIMIT_EXCEEDED else "kept"
-    else:
-        status = "**limit exceeded**" if lit else "converged"
-    return (
-        f"{_plain(what)}  \n{status}  \nconditioning {conditioning:.3f} · residual {residual:.1e} m"
-        f"  \nlimits {_plain(limits)} · branch that of home"
-    )
-
-
-def _plain(text: str) -> str:
-    """Text from a file as Markdown shows it, letter by letter."""
-    return re.sub(r"([!-/:-@\[-`{-~])", r"\\\1", " ".join(text.split()))

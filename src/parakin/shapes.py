@@ -16,6 +16,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _SIDES = 20
+_SAME = 1e-9  # of their distance from the origin: points that coincide
 _FLAT = 1e-6  # of the largest extent: how thin a cloud of points is still flat
 
 
@@ -105,7 +106,8 @@ def plane(points: ArrayLike) -> FloatArray:
 def spread(points: FloatArray) -> int:
     """Whether points coincide (0), lie on a line (1), in a plane (2), or in none (3)."""
     values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return int((values > _FLAT * max(1.0, float(np.abs(points).max()))).sum())
+    least = max(_SAME * float(np.abs(points).max()), _FLAT * float(values.max()))
+    return int((values > least).sum())
 
 
 def outline(points: FloatArray) -> FloatArray:
