@@ -130,3 +130,16 @@ def test_what_can_be_driven() -> None:
         *(f"P{i}" for i in range(1, 7)),
     )
     assert sets["bennett"]["forward"] == ("A",)
+
+
+@pytest.mark.parametrize("name", [n for n in parakin.catalogue() if n != "flight-simulator-upu"])
+def test_one_of_the_choices_is_the_files_own_and_all_can_be_compiled(name: str) -> None:
+    solver = parakin.compile(name, coordinates="all")
+    found = choices(solver)
+    assert solver.driven in found.values()
+    for driven in found.values():
+        drive = driven_by(solver.mechanism, driven)
+        assert drive.tick.status == Status.CONVERGED
+        for k, coordinate in enumerate(driven):
+            low, high = drive.span(coordinate)
+            assert low <= drive.y[k] <= high

@@ -51,6 +51,7 @@ class Session:
         self._sliders: dict[str, Any] = {}
         self._choices: dict[str, tuple[str, ...]] = {}
         self._drives: dict[str, Drive] = {}
+        self._set = ""  # which of the choices is driven
         self._handle: Any = None
         self._led = False
         with self._lock:
@@ -302,23 +303,22 @@ class Session:
         """What can be driven, and its sliders; none where nothing can."""
         self._drives, self._choices = {}, {}
         if self.shown.solver is not None:
-            self._choices = choices(self.shown.solver)
-            first = next(iter(self._choices))
-            if self._choices[first] == self.shown.solver.driven:
-                self._drives[first] = Drive(self.shown.solver)
+            solver = self.shown.solver
+            self._choices = choices(solver)
+            self._set = next(name for name, c in self._choices.items() if c == solver.driven)
+            self._drives[self._set] = Drive(solver)  # others are compiled when asked for
             self._which.options = list(self._choices)
-            self._which.value = first
+            self._which.value = self._set
         for control in (self._which, self._here, self._home, self._handled):
             control.visible = bool(self._choices)
         self._add_sliders()
 
     def _chosen(self) -> Drive:
         """The drive of the set that is chosen; compiled when first asked for."""
-        which = self._which.value
-        if which not in self._drives:
+        if self._set not in self._drives:
             self._state.content = "compiling …"
-            self._drives[which] = driven_by(self.shown.mechanism, self._choices[which])
-        return self._drives[which]
+            self._drives[self._set] = driven_by(self.shown.mechanism, self._choices[self._set])
+        return self._drives[self._set]
 
     def _add_sliders(self) -> None:
         for slider in self._sliders.values():
@@ -340,7 +340,13 @@ class Session:
 
     def _switch(self) -> None:
         """Drive the other set, from where the mechanism stands."""
-        values = self._values()
+        values, before = self._values(), self._set
+        self._set = self._which.value
+        try:
+            self._chosen()
+        except ParakinError:
+            self._set = self._which.value = before
+            raise
         self._add_sliders()
         self._enter(values)
 
@@ -421,7 +427,7 @@ class Session:
             self.scene.light(lit)
             self._place_handle()
             self._state.content = words(
-                f"driven by hand, {self._which.value}",
+                f"driven by hand, {self._set}",
                 float(drive.tick.conditioning),
                 float(drive.tick.residual),
                 stop,
