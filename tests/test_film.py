@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +93,30 @@ def test_the_film_ends_where_the_poses_do(turn: xr.Dataset, drawing: Drawing) ->
 def test_a_wrong_suffix_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["solve", "four-bar", "turn", "--animate", str(tmp_path / "a.avi")]) == 2
     assert "found suffix '.avi'; expected one of .mp4, .gif" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "module", "library"), [("a.mp4", "av", "PyAV"), ("a.gif", "PIL", "Pillow")]
+)
+def test_a_missing_package_is_named(
+    name: str, module: str, library: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda wanted: None if wanted == module else found(wanted)
+    )
+    with pytest.raises(parakin.InputError, match=rf"{name}.*{library} not installed.*\[video\]"):
+        film.check_film(Path(name))
+
+
+def test_a_film_does_not_take_the_place_of_what_is_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recorded = tmp_path / "recorded.mp4"  # whatever its name says
+    recorded.write_text("time [s],A [deg]\n0,10\n1,20\n", "utf-8")
+    assert main(["solve", "four-bar", str(recorded), "--animate", str(recorded)]) == 2
+    assert "a file that is read" in capsys.readouterr().err
+    assert recorded.read_text("utf-8").startswith("time")
 
 
 def test_bodies_of_the_film_do_not_get_into_the_table(tmp_path: Path) -> None:

@@ -323,6 +323,15 @@ def test_what_cannot_be_served_is_told_in_one_line(arguments: list[str]) -> None
     assert arguments[-1] in done.stderr
 
 
+def test_without_viser_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "viser", None)
+    with (
+        pytest.raises(parakin.InputError, match=r"pip install 'parakin\[view\]'"),
+        serving(Repertoire("four-bar")),
+    ):
+        pass
+
+
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "::1", "127.0.0.9"])
 def test_nothing_is_said_of_loopback(host: str) -> None:
     assert exposure(host) == ""

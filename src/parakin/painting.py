@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from parakin.drawing import Drawing
-from parakin.shapes import Bar, FloatArray, Form, IntArray, mesh, perpendicular
+from parakin.shapes import Bar, FloatArray, Form, IntArray, Plate, mesh, perpendicular
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,8 +39,10 @@ class Painter:
     def of(cls, drawing: Drawing) -> Painter:
         """The painter of a drawing."""
         triangles, bodies, colours, behind = [], [], [], []
-        # A piston is hidden by its tube, whose wall is nearer than the middles of triangles tell.
-        hidden = {id(p.form) for p in drawing.pieces if p.part == "piston"}
+        # A piston is hidden by its tube, whose wall is nearer than the middles of triangles tell;
+        # a plate does not hide, in rags, what lies in it.
+        plates = {id(p.form): 3.0 for p in drawing.pieces if isinstance(p.form, Plate)}
+        farther = plates | {id(p.form): 2.0 for p in drawing.pieces if p.part == "piston"}
         pieces: list[tuple[int, Form, tuple[int, int, int]]] = [
             (p.body, p.form, drawing.colour(p)) for p in drawing.pieces
         ]
@@ -55,7 +57,7 @@ class Painter:
             small = _divided(solid.vertices[solid.faces], _LONG * drawing.size)
             triangles.append(small)
             bodies.append(np.full(len(small), body))
-            behind.append(np.full(len(small), 2 * drawing.radius * (id(form) in hidden)))
+            behind.append(np.full(len(small), drawing.radius * farther.get(id(form), 0.0)))
             colours.append(np.tile(np.array(colour) / 255, (len(small), 1)))
         return cls(
             drawing,
