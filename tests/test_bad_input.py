@@ -800,7 +800,7 @@ def test_a_device_is_never_replaced(refusal: Refusal) -> None:
         ([], "the following arguments are required: COMMAND; see parakin --help"),
         (
             ["chek", "x"],
-            "command: found unknown name 'chek'; expected one of: check, draw, export, list, modes, ",
+            "command: found unknown name 'chek'; expected one of: check, draw, export, ",
         ),
         (["check"], "the following arguments are required: MECHANISM; see parakin check --help"),
         (["solve", "linkage.toml"], "arguments are required: MOTION; see parakin solve --help"),

@@ -7,6 +7,7 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -94,15 +95,20 @@ class Repertoire:
     motions: tuple[str, ...] = ()
     meshes: tuple[str, ...] = ()
 
-    def names(self) -> list[str]:
+    @cached_property
+    def names(self) -> tuple[str, ...]:
         """What can be chosen, the mechanism named first."""
-        return [self.named, *(name for name in catalogue() if name != self.named)]
+        return (self.named, *(name for name in self._catalogue if name != self.named))
+
+    @cached_property
+    def _catalogue(self) -> tuple[str, ...]:
+        return tuple(catalogue())
 
     def stamp(self) -> tuple[tuple[str, int, int], ...]:
         """Changes when one of the files named does."""
         stamps = []
         for name in (self.named, self.loops, *self.motions, *self.meshes):
-            if name is None or name in catalogue():
+            if name is None or name in self._catalogue:
                 continue
             try:
                 found = Path(name).stat()
@@ -114,7 +120,7 @@ class Repertoire:
 
     def load(self, name: str) -> Shown:
         """A mechanism by one of `names`. Raises InputError, AssemblyError."""
-        if name not in self.names():
+        if name not in self.names:
             raise InputError("mechanism", repr(name), "one that was named, or of the catalogue")
         own = name == self.named
         mechanism = load(name, self.parameters or None, self.loops) if own else load(name)

@@ -64,7 +64,7 @@ class Session:
 
     def _add_controls(self) -> None:
         gui = self.client.gui
-        names = self.repertoire.names()
+        names = self.repertoire.names
         self._mechanism = gui.add_dropdown("Mechanism", names, initial_value=self.shown.name)
         self._title = gui.add_markdown("")
         self._message = gui.add_markdown("", visible=False)
