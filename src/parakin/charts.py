@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
 
 from parakin.repertoire import Take
-from parakin.shapes import FloatArray
+from parakin.shapes import FloatArray, IntArray
 
-_POINTS = 240
+_STRETCHES = 120
 _ORDERS = (("position", ""), ("velocity", "/s"), ("acceleration", "/s²"))
 # Okabe and Ito's colours, told apart by colour-blind readers too.
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -36,16 +37,16 @@ class Charts:
     def show(self, take: Take) -> None:
         """Charts of a motion."""
         self.clear()
-        rows = np.unique(np.linspace(0, len(take.time) - 1, _POINTS).astype(int))
-        time = take.time[rows]
         with self._panel:
             for order, (quantity, over) in enumerate(_ORDERS):
                 for unit, shown, scale in (("m", "mm", 1e3), ("rad", "deg", 180 / np.pi)):
                     chosen = [k for k, u in enumerate(take.units) if u == unit]
                     if chosen:
-                        values = scale * take.histories[order][rows][:, chosen].T
+                        values = scale * take.histories[order][:, chosen].T
                         names = [take.actuators[k] for k in chosen]
-                        self._add(f"{quantity} [{shown}{over}]", time, values, names)
+                        rows = telling(values)
+                        title = f"{quantity} [{shown}{over}]"
+                        self._add(title, take.time[rows], values[:, rows], names)
 
     def _add(self, title: str, time: FloatArray, values: FloatArray, names: list[str]) -> None:
         series: list[dict[str, Any]] = [{"label": "t [s]"}]
@@ -73,6 +74,21 @@ class Charts:
         for chart, time, values in self._charts:
             low, high = chart.scales["y"]["range"]
             chart.data = _with_cursor(time, values, at, low, high)
+
+
+def telling(values: FloatArray) -> IntArray:
+    """Which samples of curves (m, n) to draw: in each of many stretches the least and the greatest
+    of each curve, so that of a long motion no peak is lost.
+    """
+    count = values.shape[1]
+    if count <= 2 * _STRETCHES:
+        return np.arange(count)
+    edges = np.linspace(0, count, _STRETCHES + 1).astype(int)
+    rows = [0, count - 1]
+    for first, last in itertools.pairwise(edges.tolist()):
+        part = values[:, first:last]
+        rows += [*(first + part.argmin(axis=1)), *(first + part.argmax(axis=1))]
+    return np.unique(rows)
 
 
 def _with_cursor(

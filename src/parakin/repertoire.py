@@ -238,7 +238,7 @@ def take(solver: Solver, motion: str) -> Take:
         ds["residual"].values,
         beyond,
         stop,
-        f", every {stride}th sample" if stride > 1 else "",
+        f", one sample in {stride}" if stride > 1 else "",
     )
 
 
