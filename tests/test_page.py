@@ -15,7 +15,7 @@ import xarray as xr
 import parakin
 from parakin import Status
 from parakin.cli import main
-from parakin.curves import peaks, thinned
+from parakin.curves import peaks, telling
 
 VOID = {"meta", "br", "link", "img", "input", "hr"}
 HOSTILE = "<script>alert('x')</script><img src=x onerror=alert(1)>&\"$title"
@@ -320,11 +320,13 @@ def test_peaks_of_windows_are_those_of_the_whole() -> None:
 
 def test_a_thinned_curve_keeps_its_peaks() -> None:
     random = np.random.default_rng(4)
-    time, values = np.arange(100_000.0), random.normal(size=100_000)
-    values[500:40_000] = np.nan
-    short, kept = thinned(time, values)
-    assert len(short) < 1000
-    assert np.nanmax(kept) == np.nanmax(values)
-    assert np.nanmin(kept) == np.nanmin(values)
-    assert (short[0], short[-1]) == (0, 99_999)
-    assert (np.diff(short) > 0).all()
+    values = random.normal(size=(3, 100_000))
+    values[0, 500:40_000] = np.nan
+    rows = telling(values, 100)
+    assert len(rows) <= 2 * 3 * 100 + 2
+    np.testing.assert_array_equal(np.nanmax(values[:, rows], axis=1), np.nanmax(values, axis=1))
+    np.testing.assert_array_equal(np.nanmin(values[:, rows], axis=1), np.nanmin(values, axis=1))
+    assert np.isnan(values[0, rows]).any()
+    assert (rows[0], rows[-1]) == (0, 99_999)
+    assert (np.diff(rows) > 0).all()
+    np.testing.assert_array_equal(telling(values[:, :100], 100), np.arange(100))

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import Any
 
 import numpy as np
 
+from parakin.curves import telling
 from parakin.repertoire import Take
-from parakin.shapes import FloatArray, IntArray
+from parakin.shapes import FloatArray
 
-_STRETCHES = 120
+_BUCKETS = 120
 _ORDERS = (("position", ""), ("velocity", "/s"), ("acceleration", "/s²"))
 # Okabe and Ito's colours, told apart by colour-blind readers too.
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -44,7 +44,7 @@ class Charts:
                     if chosen:
                         values = scale * take.histories[order][:, chosen].T
                         names = [take.actuators[k] for k in chosen]
-                        rows = telling(values)
+                        rows = telling(values, _BUCKETS)
                         title = f"{quantity} [{shown}{over}]"
                         self._add(title, take.time[rows], values[:, rows], names)
 
@@ -74,21 +74,6 @@ class Charts:
         for chart, time, values in self._charts:
             low, high = chart.scales["y"]["range"]
             chart.data = _with_cursor(time, values, at, low, high)
-
-
-def telling(values: FloatArray) -> IntArray:
-    """Which samples of curves (m, n) to draw: in each of many stretches the least and the greatest
-    of each curve, so that of a long motion no peak is lost.
-    """
-    count = values.shape[1]
-    if count <= 2 * _STRETCHES:
-        return np.arange(count)
-    edges = np.linspace(0, count, _STRETCHES + 1).astype(int)
-    rows = [0, count - 1]
-    for first, last in itertools.pairwise(edges.tolist()):
-        part = values[:, first:last]
-        rows += [*(first + part.argmin(axis=1)), *(first + part.argmax(axis=1))]
-    return np.unique(rows)
 
 
 def _with_cursor(

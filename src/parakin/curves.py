@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from parakin.results import ORDERS
-from parakin.shapes import FloatArray
+from parakin.shapes import FloatArray, IntArray
 from parakin.sheet import STYLE
 from parakin.singularities import Closeness
 from parakin.tracking import Status
@@ -162,20 +163,20 @@ def inline_svg(figure: Figure, prefix: str, label: str) -> str:
     return svg.replace("<svg", f'<svg role="img" aria-label="{label}"', 1).strip()
 
 
-def thinned(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """A curve of fewer points that looks the same: of each bucket its least and greatest sample."""
-    if len(time) <= 4 * _BUCKETS:
-        return time, values
-    edges = np.linspace(0, len(time), _BUCKETS + 1).astype(int)
-    kept = {0, len(time) - 1}
-    for start, stop in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
-        part = values[start:stop]
-        if np.isnan(part).all():
-            kept.add(start)
-            continue
-        kept |= {start + int(np.nanargmin(part)), start + int(np.nanargmax(part))}
-    rows = np.array(sorted(kept))
-    return time[rows], values[rows]
+def telling(values: FloatArray, buckets: int = _BUCKETS) -> IntArray:
+    """Which samples of curves (m, n) to draw so that they look the same: of each bucket the least
+    and the greatest of each curve; NaN where there is nothing else, as gaps are to be seen.
+    """
+    count = values.shape[1]
+    if count <= 4 * buckets:
+        return np.arange(count)
+    edges = np.linspace(0, count, buckets + 1).astype(int)
+    kept = {0, count - 1}
+    for start, stop in itertools.pairwise(edges.tolist()):
+        for part in values[:, start:stop]:
+            gap = np.isnan(part).all()
+            kept |= {start} if gap else {start + np.nanargmin(part), start + np.nanargmax(part)}
+    return np.array(sorted(kept), dtype=np.int64)
 
 
 def _figure(rows: int, columns: int, height: float) -> tuple[Figure, list[Axes]]:
@@ -196,7 +197,8 @@ def _curve(
     label: str = "",
     style: str = "-",
 ) -> None:
-    axes.plot(*thinned(time, values), color=colour, linewidth=1.1, label=label, linestyle=style)
+    rows = telling(values[None])
+    axes.plot(time[rows], values[rows], color=colour, linewidth=1.1, label=label, linestyle=style)
 
 
 def _mark(axes: Axes, time: float, value: float, span: tuple[float, float], *, above: bool) -> None:
