@@ -5,6 +5,7 @@ Closing a page ends its session. Whatever the user may ask for comes from a `Rep
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import io
 import ipaddress
@@ -63,7 +64,17 @@ def serving(repertoire: Repertoire, host: str = "127.0.0.1", port: int = 8080) -
     finally:
         viewer.close()
         with contextlib.redirect_stdout(io.StringIO()):
+            server.get_event_loop().call_soon_threadsafe(_hang_up)
             server.stop()
+
+
+def _hang_up() -> None:
+    """Drop all connections, those too that a browser opened in advance and never used, for which
+    the server would wait ten seconds. Called in its loop.
+    """
+    for task in asyncio.all_tasks():
+        if getattr(task.get_coro(), "__name__", "") == "conn_handler":  # of websockets' server
+            task.cancel()
 
 
 def _check_address(host: str) -> None:
