@@ -151,16 +151,16 @@ def _view(options: argparse.Namespace) -> int:
         tuple(options.motions),
         tuple(options.mesh),
     )
-    with serving(repertoire, options.host, options.port) as viewer, _stdout_told():
+    ends = suppress(KeyboardInterrupt)  # Ctrl-C is how it is meant to end
+    with serving(repertoire, options.host, options.port) as viewer, ends, _stdout_told():
         console = _console(width=_WIDE)
         exposed = exposure(options.host)
         if exposed:
             console.print(exposed, style="bold yellow", markup=False)
         console.print(f"{options.mechanism} at {viewer.url} (Ctrl-C ends)", markup=False)
         sys.stdout.flush()
-        with suppress(KeyboardInterrupt):  # how it is meant to end
-            while True:
-                time.sleep(3600)
+        while True:
+            time.sleep(3600)
     return 0
 
 
