@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 import weakref
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,7 +23,7 @@ from browser import Page, chromium, needs_chromium, until, viewed
 import parakin
 from parakin.drawing import COLOURS
 from parakin.repertoire import Repertoire
-from parakin.viewer import exposure, serving
+from parakin.viewer import Viewer, exposure, serving
 
 pytestmark = needs_chromium
 FOUR_BAR = (Path(parakin.__file__).parent / "catalog" / "four-bar.toml").read_text("utf-8")
@@ -218,6 +219,25 @@ def test_two_pages_are_apart_and_closing_one_frees_it(browser: Any) -> None:
         until(lambda: threading.active_count() < threads, 20)
         assert one.session.playing
         one.close()
+
+
+def test_a_page_may_close_while_it_plays(browser: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    left = Viewer._left
+
+    def late(viewer: Viewer, client: Any) -> None:
+        time.sleep(0.5)
+        left(viewer, client)
+
+    monkeypatch.setattr(Viewer, "_left", late)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # which ends the player's thread, and fails the test
+        with viewed(browser, "four-bar") as page:
+            page.press("Play")
+            until(lambda: page.session.playing)
+            session = page.session
+            page.close()
+            at = session.poses
+            until(lambda: session.poses > at + 10)
 
 
 def test_without_loop_it_stops_at_the_end(browser: Any) -> None:

@@ -11,6 +11,7 @@ import io
 import ipaddress
 import socket
 import threading
+import warnings
 from collections.abc import Iterator
 from typing import Any
 
@@ -56,6 +57,8 @@ def serving(repertoire: Repertoire, host: str = "127.0.0.1", port: int = 8080) -
     if not 0 <= port <= 65535:
         raise InputError("--port", str(port), "0 to 65535")
     _check_address(host)
+    # A page may close while a pose is on its way to it, and viser calls us only afterwards.
+    warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
     with contextlib.redirect_stdout(io.StringIO()):  # its banner
         server = viser.ViserServer(host=host, port=port, label="parakin", verbose=False)
     viewer = Viewer(server, repertoire, first)
