@@ -732,7 +732,7 @@ def test_a_motion_of_other_coordinates_is_refused_in_python_too() -> None:
         (["-o", "x.cvs"], "did you mean '.csv'?"),
         (["-o", "x"], "x: found no suffix; expected one of: .csv, .nc, .parquet"),
         (["-o", ""], "found no suffix; expected one of: .csv, .nc, .parquet"),
-        (["--plot", "x.jpg"], "x.jpg: found suffix '.jpg'; expected one of .png, .svg, .pdf"),
+        (["--plot", "x.jpg"], "x.jpg: found the suffix '.jpg'; expected one of: .pdf, .png, .svg"),
         (
             ["-o", "nowhere/x.csv"],
             "nowhere/x.csv: found no such file or directory; expected a file",

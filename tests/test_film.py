@@ -92,7 +92,7 @@ def test_the_film_ends_where_the_poses_do(turn: xr.Dataset, drawing: Drawing) ->
 
 def test_a_wrong_suffix_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["solve", "four-bar", "turn", "--animate", str(tmp_path / "a.avi")]) == 2
-    assert "found suffix '.avi'; expected one of .mp4, .gif" in capsys.readouterr().err
+    assert "found the suffix '.avi'; expected one of: .gif, .mp4" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -287,7 +287,7 @@ def test_a_bad_suffix_and_an_input_are_refused(
     path = tmp_path / "page.pdf"
     assert main(["report", "four-bar", "turn", "-o", str(path)]) == 2
     said = capsys.readouterr().err
-    assert said == f"error: {path}: found suffix '.pdf'; expected .html\n"
+    assert said == f"error: {path}: found the suffix '.pdf'; expected one of: .htm, .html\n"
     assert main(["report", "four-bar", "jump", "-o", str(tmp_path / "page.html")]) == 2
     assert "unknown name 'jump'" in capsys.readouterr().err
     assert not list(tmp_path.glob("page.*"))

@@ -264,7 +264,11 @@ def test_draw_refuses_other_files(tmp_path: Path, capsys: pytest.CaptureFixture[
     path = tmp_path / "scheme.dxf"
     assert main(["draw", "four-bar", "-o", str(path)]) == 2
     said = capsys.readouterr().err
-    assert said == f"error: {path}: found suffix '.dxf'; expected one of .svg, .pdf, .png\n"
+    place, _, expected = said.partition("; expected one of: .pdf, .png, .svg")
+    assert (place, expected) == (
+        f"error: {path}: found the suffix '.dxf'",
+        "; did you mean '.pdf'?\n",
+    )
     assert not path.exists()
     nowhere = tmp_path / "no" / "scheme.svg"
     assert main(["draw", "four-bar", "-o", str(nowhere)]) == 2

@@ -15,7 +15,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from parakin.errors import InputError, ParakinError
+from parakin.errors import InputError, ParakinError, reason
 from parakin.grammar import parser
 
 if TYPE_CHECKING:
@@ -82,8 +82,7 @@ def _stdout_told() -> Iterator[None]:
             os.dup2(nothing.fileno(), sys.stdout.fileno())
         if isinstance(error, BrokenPipeError):
             raise
-        reason = (error.strerror or str(error)).lower()
-        raise InputError("standard output", reason, "a stream that takes it all") from None
+        raise InputError("standard output", reason(error), "a stream that takes it all") from None
 
 
 def _console(*, stderr: bool = False, width: int | None = None) -> Console:
@@ -215,8 +214,8 @@ def _modes(options: argparse.Namespace) -> int:
 
 def _draw(options: argparse.Namespace) -> int:
     from parakin import scheme
-    from parakin.files import check_writable
     from parakin.graph import graph_of
+    from parakin.outputs import check_writable
 
     scheme.check_scheme(options.output)
     _refuse_input(options.output, (options.mechanism, options.loops))
@@ -228,10 +227,9 @@ def _draw(options: argparse.Namespace) -> int:
 
 
 def _solve(options: argparse.Namespace) -> int:
-    from parakin import film, plots, tables
+    from parakin import plots, tables
     from parakin.compiler import compile as compile_mechanism
-    from parakin.drawing import drawing_of
-    from parakin.files import check_writable
+    from parakin.outputs import check_writable
     from parakin.report import singularities_report, solve_report
 
     to_stdout = options.output == "-"
@@ -243,6 +241,8 @@ def _solve(options: argparse.Namespace) -> int:
     if options.plot is not None:
         plots.check_figure(options.plot)
     if options.animate is not None:
+        from parakin import film
+
         film.check_film(options.animate)
     for path in (output, options.plot, options.animate):
         if path is not None:
@@ -282,8 +282,12 @@ def _solve(options: argparse.Namespace) -> int:
         figure = plots.histories(run.picture(), symbols=mechanism.symbols, title=title)
         plots.save(figure, options.plot)
     if animated:
-        drawing = drawing_of(solver.graph)
-        film.save(drawing, run.picture(), options.animate, mechanism.symbols, title)
+        from parakin import film
+        from parakin.drawing import drawing_of
+
+        film.save(
+            drawing_of(solver.graph), run.picture(), options.animate, mechanism.symbols, title
+        )
     console = _console(stderr=True, width=_WIDE)
     console.print(title, style="bold", markup=False)
     console.print(solve_report(run.last, run.found, run.seconds))
@@ -303,7 +307,7 @@ def _report(options: argparse.Namespace) -> int:
     from parakin import page
     from parakin.compiler import compile as compile_mechanism
     from parakin.curves import peaks
-    from parakin.files import check_writable
+    from parakin.outputs import check_writable
     from parakin.report import flag_words
 
     page.check_page(options.output)

@@ -99,6 +99,10 @@ class Drawing:
         R, p = self.poses[body]
         return np.atleast_2d(points) @ R.T + p
 
+    def axis(self, joint: GraphJoint) -> FloatArray:
+        """A joint's axis, its first, as it points at home (3,)."""
+        return np.asarray(self.poses[joint.parent][0] @ np.array(joint.F.R, dtype=float)[:, 2])
+
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:
         """All solids but the rods."""
@@ -139,9 +143,9 @@ class Drawing:
         turns, slides = [], []
         for joint in self.graph.joints:
             if joint.kind == "revolute":
-                turns.append(self.poses[joint.parent][0] @ np.array(joint.F.R, dtype=float)[:, 2])
+                turns.append(self.axis(joint))
             elif joint.kind == "prismatic":
-                slides.append(self.poses[joint.parent][0] @ np.array(joint.F.R, dtype=float)[:, 2])
+                slides.append(self.axis(joint))
             elif joint.name != "platform":
                 return None
         if not turns or any(abs(abs(t @ turns[0]) - 1) > _NEAR for t in turns):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import difflib
+import errno
+import os
 from collections.abc import Iterable
 
 _NAMES = 40  # listed in a message
@@ -48,6 +50,15 @@ def nearest(name: str, known: Iterable[str]) -> str:
     close = difflib.get_close_matches(name[:100].casefold(), folded, n=1, cutoff=0.5)
     hint = f"; did you mean {folded[close[0]]!r}?" if close else ""
     return f"one of: {', '.join(names[:_NAMES])}{', ...' if len(names) > _NAMES else ''}{hint}"
+
+
+def reason(error: OSError) -> str:
+    """What the system says, in small letters and without its number."""
+    if (
+        error.errno is not None and error.errno in errno.errorcode
+    ):  # libraries add words of their own to the system's
+        return os.strerror(error.errno).lower()
+    return (error.strerror or str(error)).lower()
 
 
 def _line(text: str) -> str:

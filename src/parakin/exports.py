@@ -7,9 +7,9 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from parakin.errors import InputError
-from parakin.files import check_writable, replacing
 from parakin.graph import graph_of
 from parakin.mechanism import Mechanism
+from parakin.outputs import check_writable, replacing
 
 SUFFIXES = (".xml", ".urdf", ".c")
 

@@ -1,18 +1,15 @@
-"""The only room that opens files: mechanisms and motions in, tables out, whole or not at all."""
+"""Files read: mechanisms and motions, checked for size and shape before they mean anything."""
 
 from __future__ import annotations
 
-import os
 import re
-import tempfile
 import tomllib
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from parakin.errors import InputError, nearest
+from parakin.errors import InputError, nearest, reason
 from parakin.expressions import Parameters, Value
 from parakin.foreign import not_installed, xml_root
 from parakin.graph import Graph
@@ -195,16 +192,12 @@ def read_bytes(path: Path, most: int) -> bytes:
         with path.open("rb") as file:
             data = file.read(most + 1)
     except OSError as error:
-        raise InputError(str(path), _reason(error), "a readable file") from None
+        raise InputError(str(path), reason(error), "a readable file") from None
     except ValueError as error:  # a null byte in the path
         raise InputError(repr(str(path)), str(error), "a path") from None
     if len(data) > most:
         raise InputError(str(path), f"more than {most} bytes", "a smaller file")
     return data
-
-
-def _reason(error: OSError) -> str:
-    return os.strerror(error.errno).lower() if error.errno else str(error)
 
 
 def parse_toml(text: str, origin: str) -> dict[str, Any]:
@@ -397,56 +390,3 @@ def load_motion(
             raise InputError(place, f"{option} for a motion given by laws", "recorded data")
     parameters = Parameters(mechanism.parameters, mechanism.where)
     return from_table(table, name, parameters, driven, dimensions, place, rate=rate)
-
-
-def check_writable(path: Path) -> None:
-    """Raises InputError where `path` cannot be written, before anything is computed for it."""
-    target = _target(path)
-    with _told(path), tempfile.TemporaryFile(dir=target.parent):
-        pass
-
-
-@contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """A temporary path beside `path`, moved over it at the end; removed if anything fails.
-
-    A link is followed. Raises InputError where it cannot be written.
-    """
-    target = _target(path)
-    with _told(path):
-        handle, name = tempfile.mkstemp(
-            dir=target.parent, prefix=f".{target.stem[:100]}-", suffix=target.suffix
-        )
-        os.close(handle)
-        temporary = Path(name)
-        try:
-            yield temporary
-            mask = os.umask(0)
-            os.umask(mask)
-            temporary.chmod(0o666 & ~mask)
-            temporary.replace(target)
-        finally:
-            temporary.unlink(missing_ok=True)
-
-
-@contextmanager
-def _told(path: Path) -> Iterator[None]:
-    """What the system says against `path`, as InputError."""
-    try:
-        yield
-    except OSError as error:
-        raise InputError(str(path), _reason(error), "a file that can be written") from None
-
-
-def _target(path: Path) -> Path:
-    """The file that `path` or the link there stands for. Raises InputError if it is none."""
-    try:
-        with _told(path):
-            target = path.resolve()
-            if target.is_dir():
-                raise InputError(str(path), "a folder", "a file to write")
-            if target.exists() and not target.is_file():
-                raise InputError(str(path), "a device or the like", "a file to write")
-            return target
-    except (ValueError, RuntimeError) as error:  # a null character, a loop of links
-        raise InputError(repr(str(path)), str(error), "a path") from None

@@ -5,7 +5,6 @@ Every frame shows the solved sample at or before its time; no pose is made up be
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 
 from parakin.drawing import Drawing
 from parakin.errors import InputError
-from parakin.files import replacing
+from parakin.outputs import check_suffix, replacing
 from parakin.painting import Painter
 from parakin.plots import draw_histories
 from parakin.shapes import FloatArray, IntArray
@@ -36,12 +35,8 @@ _FITTED = 24  # poses that the picture is fitted to
 
 def check_film(path: Path) -> None:
     """Raises InputError where the suffix is not one for films, or a package is missing."""
-    if path.suffix.lower() not in SUFFIXES:
-        raise InputError(str(path), f"suffix {path.suffix!r}", f"one of {', '.join(SUFFIXES)}")
-    writer = ("av", "PyAV") if path.suffix.lower() == ".mp4" else ("PIL", "Pillow")
-    for module, name in (("matplotlib", "matplotlib"), writer):
-        if importlib.util.find_spec(module) is None:
-            raise InputError(str(path), f"{name} not installed", "pip install 'parakin[video]'")
+    writer = {"av": "PyAV"} if path.suffix.lower() == ".mp4" else {"PIL": "Pillow"}
+    check_suffix(path, SUFFIXES, {"matplotlib": "matplotlib"} | writer, "video")
 
 
 class Timing(NamedTuple):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parakin.errors import InputError, nearest
+from parakin.errors import InputError, nearest, reason
 from parakin.expressions import TIME, Dimension, Parameters
 from parakin.motion import QUANTITIES, Motion
 from parakin.recorded import from_arrays
@@ -112,8 +112,8 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
     except UnicodeDecodeError:
         raise InputError(str(path), "bytes that are not UTF-8", "a text file in UTF-8") from None
     except (OSError, ValueError) as error:  # ValueError: a null character in the path
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise InputError(str(path), f"{reason}".lower(), "a readable CSV file") from None
+        found = reason(error) if isinstance(error, OSError) else str(error)
+        raise InputError(str(path), found, "a readable CSV file") from None
 
 
 def _cells(line: str, delimiter: str, place: str) -> list[str]:

@@ -30,7 +30,7 @@ from parakin.curves import (
 )
 from parakin.dimensioning import parameters
 from parakin.errors import InputError
-from parakin.files import replacing
+from parakin.outputs import check_suffix, replacing
 from parakin.report import Extremes, flag_words, mobility_lines, singularity_lines
 from parakin.scheme import scheme
 from parakin.singularities import Closeness
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 
     from parakin.motion import Motion
 
+SUFFIXES = (".html", ".htm")
 _TONES = {"bold red": "bad", "bold yellow": "warn"}
 _NO_LIMITS = '<p class="soft">The mechanism\'s file gives no limits for these.</p>'
 _CONES = '<p class="soft">A cone angle is that between the two axes of a spherical joint.</p>'
@@ -63,12 +64,7 @@ class Solved:
 
 def check_page(path: Path) -> None:
     """Raises InputError where the suffix is not one for pages, or matplotlib is missing."""
-    import importlib.util
-
-    if path.suffix.lower() not in (".html", ".htm"):
-        raise InputError(str(path), f"suffix {path.suffix!r}", ".html")
-    if importlib.util.find_spec("matplotlib") is None:
-        raise InputError(str(path), "matplotlib not installed", "pip install 'parakin[plot]'")
+    check_suffix(path, SUFFIXES, {"matplotlib": "matplotlib"}, "plot")
 
 
 def write(text: str, path: Path) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from parakin.errors import InputError
-from parakin.files import replacing
+from parakin.outputs import check_suffix, replacing
 from parakin.results import ORDERS
 from parakin.tracking import Status
 
@@ -27,12 +27,7 @@ _POINTS = 20_000  # more than a printer resolves
 
 def check_figure(path: Path) -> None:
     """Raises InputError where the suffix is not one for figures, or matplotlib is missing."""
-    import importlib.util
-
-    if path.suffix.lower() not in SUFFIXES:
-        raise InputError(str(path), f"suffix {path.suffix!r}", f"one of {', '.join(SUFFIXES)}")
-    if importlib.util.find_spec("matplotlib") is None:
-        raise InputError(str(path), "matplotlib not installed", "pip install 'parakin[plot]'")
+    check_suffix(path, SUFFIXES, {"matplotlib": "matplotlib"}, "plot")
 
 
 def histories(
@@ -143,5 +138,5 @@ def save(figure: Figure, path: Path) -> None:
         with replacing(path) as temporary:
             figure.savefig(temporary, dpi=200)
     except ValueError as error:  # mathtext that does not parse
-        reason = " ".join(str(error).split())[:120]
-        raise InputError("symbols", reason, "symbols in mathtext, such as λ_{21}^A") from None
+        found = " ".join(str(error).split())[:120]
+        raise InputError("symbols", found, "symbols in mathtext, such as λ_{21}^A") from None

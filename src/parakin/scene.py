@@ -33,6 +33,7 @@ class Scene:
 
     def __post_init__(self) -> None:
         graph, size = self.drawing.graph, self.drawing.size
+        self._solids = [mesh(piece.form) for piece in self.drawing.pieces]
         self._root = self.api.add_frame(_ROOT, show_axes=False)
         self.bodies, self._rods, self._joints, self._labels = [], [], {}, []
         for name, (R, p) in zip(graph.bodies, self.drawing.poses, strict=True):
@@ -63,9 +64,9 @@ class Scene:
             shape = self.meshes.get(name)
             if shape is not None:
                 parts["mesh"] = [shape]
-            for piece in self.drawing.pieces:
+            for piece, solid in zip(self.drawing.pieces, self._solids, strict=True):
                 if piece.body == body and piece.joint is None and shape is None:
-                    parts.setdefault(piece.part, []).append(mesh(piece.form))
+                    parts.setdefault(piece.part, []).append(solid)
             for part, solids in parts.items():
                 colour = COLOURS.get(part, COLOURS["link"])
                 self._mesh(self._node(name, part), joined(solids), colour)
@@ -85,7 +86,7 @@ class Scene:
                 continue
             joint, body = graph.joints[piece.joint], graph.bodies[piece.body]
             colour = self.drawing.colour(piece)
-            node = self._mesh(self._node(body, f"joint {joint.name} {k}"), mesh(piece.form), colour)
+            node = self._mesh(self._node(body, f"joint {joint.name} {k}"), self._solids[k], colour)
             self._joints.setdefault(piece.joint, []).append((node, colour))
             if piece.joint not in named:
                 named.add(piece.joint)
@@ -119,8 +120,8 @@ class Scene:
         """A grid under everything, square to what is up."""
         view, size = self.drawing.view, self.drawing.size
         below = min(
-            float((self.drawing.world(b, e) @ up).min())
-            for b, e in ((p.body, mesh(p.form).vertices) for p in self.drawing.pieces)
+            float((self.drawing.world(piece.body, solid.vertices) @ up).min())
+            for piece, solid in zip(self.drawing.pieces, self._solids, strict=True)
         )
         cell = 10.0 ** np.floor(np.log10(size / 4))
         axis = int(np.argmax(np.abs(up)))

@@ -18,9 +18,8 @@ from parakin import symbols
 from parakin.annotation import annotate
 from parakin.dimensioning import parameters
 from parakin.drawing import Drawing, Piece, drawing_of
-from parakin.errors import InputError
-from parakin.files import replacing
 from parakin.lettering import Label, width_of
+from parakin.outputs import check_suffix, replacing
 from parakin.shapes import Bar, Block, FloatArray, Plate
 from parakin.sheet import (
     DRIVEN,
@@ -82,12 +81,7 @@ def scheme(graph: Graph, drawing: Drawing | None = None, *, table: bool = True) 
 
 def check_scheme(path: Path) -> None:
     """Raises InputError where the suffix is not one for schemes, or matplotlib is missing."""
-    import importlib.util
-
-    if path.suffix.lower() not in SUFFIXES:
-        raise InputError(str(path), f"suffix {path.suffix!r}", f"one of {', '.join(SUFFIXES)}")
-    if importlib.util.find_spec("matplotlib") is None:
-        raise InputError(str(path), "matplotlib not installed", "pip install 'parakin[plot]'")
+    check_suffix(path, SUFFIXES, {"matplotlib": "matplotlib"}, "plot")
 
 
 def save(figure: Figure, path: Path) -> None:
@@ -179,7 +173,7 @@ def _joint(axes: Axes, sheet: Sheet, number: int) -> None:
         _rod(axes, sheet, number)
         return
     place = sheet.drawing.world(pieces[0].body, outline_of(pieces[0])).mean(axis=0)
-    at, axis = sheet.flat(place)[0], _axis(sheet.drawing, number)
+    at, axis = sheet.flat(place)[0], sheet.drawing.axis(joint)
     child = _away(sheet.drawing, joint.child, place)
     strokes: list[Stroke] = []
     half = 1.9 * s
@@ -243,12 +237,6 @@ def _rod(axes: Axes, sheet: Sheet, number: int) -> None:
             sheet.taken.line(stroke.points)
     text = sheet.drawing.graph.joints[number].name
     sheet.labels.append(Label(text, (start + end) / 2, 4.0, INK))
-
-
-def _axis(drawing: Drawing, number: int) -> FloatArray:
-    joint = drawing.graph.joints[number]
-    axis = drawing.poses[joint.parent][0] @ np.array(joint.F.R, dtype=float)[:, 2]
-    return np.asarray(axis)
 
 
 def _away(drawing: Drawing, body: int, place: FloatArray) -> FloatArray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import io
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -10,8 +9,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
-from parakin.errors import InputError, nearest
-from parakin.files import replacing
+from parakin.outputs import check_suffix, replacing
 from parakin.results import ORDERS
 
 if TYPE_CHECKING:
@@ -19,6 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SUFFIXES = (".csv", ".nc", ".parquet")
+_NEEDS = {".nc": ("h5netcdf", "h5py"), ".parquet": ("pyarrow",)}
 _BODY = {
     "position": "body_position",
     "orientation": "body_orientation",
@@ -31,14 +30,8 @@ _BODY = {
 
 def check_output(path: Path) -> None:
     """Raises InputError where `path` has no known suffix or its library is not installed."""
-    if path.suffix.lower() not in SUFFIXES:
-        found = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
-        raise InputError(str(path), found, nearest(path.suffix, SUFFIXES))
-    for needed in {".nc": ("h5netcdf", "h5py"), ".parquet": ("pyarrow",)}.get(
-        path.suffix.lower(), ()
-    ):
-        if importlib.util.find_spec(needed) is None:
-            raise InputError(str(path), f"{needed} not installed", "pip install 'parakin[files]'")
+    needs = _NEEDS.get(path.suffix.lower(), ())
+    check_suffix(path, SUFFIXES, dict(zip(needs, needs, strict=True)), "files")
 
 
 def frame(ds: xr.Dataset) -> pd.DataFrame:

@@ -15,7 +15,7 @@ import warnings
 from collections.abc import Iterator
 from typing import Any
 
-from parakin.errors import InputError, ParakinError
+from parakin.errors import InputError, ParakinError, reason
 from parakin.foreign import not_installed
 from parakin.repertoire import Repertoire, Shown
 from parakin.session import Session
@@ -89,8 +89,8 @@ def _check_address(host: str) -> None:
         with socket.socket(family, kind, protocol) as probe:
             probe.bind(address)
     except (OSError, UnicodeError) as error:
-        reason = (getattr(error, "strerror", None) or str(error)).lower()
-        raise InputError(f"--host {host}", reason, "an address of this computer") from None
+        told = reason(error) if isinstance(error, OSError) else str(error)
+        raise InputError(f"--host {host}", told, "an address of this computer") from None
 
 
 class Viewer:

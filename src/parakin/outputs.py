@@ -1,0 +1,80 @@
+"""Files written: whole or not at all, and checked before anything is computed for them."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from parakin.errors import InputError, nearest, reason
+
+
+def check_suffix(path: Path, suffixes: Sequence[str], needs: Mapping[str, str], extra: str) -> None:
+    """Raises InputError where the suffix is none of these, or a module it needs is missing.
+
+    needs: names of libraries by module. extra: which of parakin's brings them.
+    """
+    if path.suffix.lower() not in suffixes:
+        found = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
+        raise InputError(str(path), found, nearest(path.suffix, suffixes))
+    for module, library in needs.items():
+        if importlib.util.find_spec(module) is None:
+            raise InputError(
+                str(path), f"{library} not installed", f"pip install 'parakin[{extra}]'"
+            )
+
+
+def check_writable(path: Path) -> None:
+    """Raises InputError where `path` cannot be written, before anything is computed for it."""
+    target = _target(path)
+    with _told(path), tempfile.TemporaryFile(dir=target.parent):
+        pass
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A temporary path beside `path`, moved over it at the end; removed if anything fails.
+
+    A link is followed. Raises InputError where it cannot be written.
+    """
+    target = _target(path)
+    with _told(path):
+        handle, name = tempfile.mkstemp(
+            dir=target.parent, prefix=f".{target.stem[:100]}-", suffix=target.suffix
+        )
+        os.close(handle)
+        temporary = Path(name)
+        try:
+            yield temporary
+            mask = os.umask(0)
+            os.umask(mask)
+            temporary.chmod(0o666 & ~mask)
+            temporary.replace(target)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """What the system says against `path`, as InputError."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(str(path), reason(error), "a file that can be written") from None
+
+
+def _target(path: Path) -> Path:
+    """The file that `path` or the link there stands for. Raises InputError if it is none."""
+    try:
+        with _told(path):
+            target = path.resolve()
+            if target.is_dir():
+                raise InputError(str(path), "a folder", "a file to write")
+            if target.exists() and not target.is_file():
+                raise InputError(str(path), "a device or the like", "a file to write")
+            return target
+    except (ValueError, RuntimeError) as error:  # a null character, a loop of links
+        raise InputError(repr(str(path)), str(error), "a path") from None
