@@ -31,6 +31,20 @@ def test_a_platform_stops_where_an_arm_is_stretched() -> None:
     assert far < reach
     blamed = {drive.solver.graph.joints[k].name for k in stop.joints}
     assert blamed & {"A1", "A2", "B1", "B2"}
+    assert stop.words == "a type 1 singularity, where A1 and A2 move while the platform rests"
+
+
+def test_actuators_stop_where_the_forearms_are_in_line() -> None:
+    drive = _drive("five-bar", "A1", "A2")
+    p = drive.solver.graph.parameters
+    stop = drive.to([drive.y[0] + 10.0, drive.y[1]])
+    assert stop is not None
+    assert stop.words.startswith("a type 2 singularity, where the platform moves along direction")
+    assert stop.words.endswith("with the actuators locked (A1 and A2)")
+    x = np.array([-1.0, 1.0]) * p["base"] / 2 + p["proximal"] * np.cos(drive.y)
+    elbows = math.hypot(x[1] - x[0], p["proximal"] * float(np.diff(np.sin(drive.y))[0]))
+    assert elbows == pytest.approx(2 * p["distal"], abs=1e-5)
+    assert elbows < 2 * p["distal"]
 
 
 def test_a_rocker_stops_where_crank_and_coupler_are_in_line() -> None:
@@ -52,8 +66,17 @@ def test_a_rocker_stops_where_crank_and_coupler_are_in_line() -> None:
     assert found == {round(e % (2 * math.pi), 3) for e in ends}
 
 
+def test_a_flat_parallelogram_lets_the_platform_turn_whatever_is_driven() -> None:
+    drive = _drive("delta", "A1", "A2", "A3")
+    stop = drive.to([drive.y[0] + 10.0, *drive.y[1:]])
+    assert stop is not None
+    assert stop.words.startswith("a constraint singularity, where the platform turns")
+    assert stop.words.endswith("whatever is driven")
+
+
 def test_a_limit_stops_it_at_the_limit() -> None:
     drive = _drive("seat-2dof", "A1", "A2")
+    assert drive.beyond == {}
     _, high = drive.solver.graph.limits("A1")
     stop = drive.to([9.0, 0.0])
     assert stop is not None

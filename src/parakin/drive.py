@@ -14,14 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parakin.assembly import configure, coordinate_scales, freedoms
 from parakin.compiler import compile as compile_mechanism
 from parakin.errors import InputError, ParakinError
 from parakin.mechanism import Mechanism
-from parakin.singularities import outputs_of
+from parakin.singularities import freedom_at, outputs_of
 from parakin.solver import Solver, Tick
 from parakin.tracking import FloatArray, Status
-from parakin.words import names
 
 _SLIDE = 0.5  # of the characteristic length: how far slides are asked to go without limits
 _TILT = math.radians(45)  # how far the platform is
@@ -92,6 +90,16 @@ class Drive:
         """Position of every coordinate [m or rad]."""
         return dict(zip(self.solver.coordinates, self.tick.position.tolist(), strict=True))
 
+    @property
+    def beyond(self) -> dict[str, int]:
+        """Coordinates and cone angles outside their limits, with the numbers of their joints."""
+        graph = self.solver.graph
+        return {
+            name: graph.holder(name)
+            for name, value in self.values.items()
+            if not graph.limits(name)[0] <= value <= graph.limits(name)[1]
+        }
+
     def to(self, goal: Sequence[float] | FloatArray) -> Stop | None:
         """Go straight to other driven values; None, or why it stopped on the way.
 
@@ -106,6 +114,7 @@ class Drive:
             return Stop(Status.OUT_OF_REACH, "a value that is no number", frozenset())
         done, step, slope = 0.0, _STEP, 0.0
         stop: Stop | None = None
+        status = Status.CONVERGED
         while True:
             last = float(self.tick.conditioning)
             if slope < 0:  # it would be singular at last / -slope
@@ -113,12 +122,13 @@ class Drive:
             ahead = min(done + step, length)
             y = end if ahead == length else start + way * (ahead / length)
             tick = self.solver.at(y, guess=self.tick.position, within=self._scale(_WITHIN * _STEP))
-            refused = self._stop(tick)
+            limit = self._limit(tick)
+            status = Status(int(tick.status)) or status
+            stop = limit or stop
             leaps = float(tick.conditioning) < 0.5 * last
-            stop = refused or stop
             if step < _EDGE * _STEP:
-                return stop or self.blame(Status.SINGULAR)
-            if refused is not None or leaps:
+                return stop or self.blame(status or Status.SINGULAR)
+            if tick.status or limit is not None or leaps:
                 step = 0.25 * (ahead - done)
                 continue
             slope = (float(tick.conditioning) - last) / (ahead - done)
@@ -189,10 +199,10 @@ class Drive:
         angles = [graph.coordinates[graph.index(n, "driven")].angle for n in self.solver.driven]
         return np.where(angles, 1.0, graph.length)
 
-    def _stop(self, tick: Tick) -> Stop | None:
-        """Why a pose is not to be taken, if it is not."""
+    def _limit(self, tick: Tick) -> Stop | None:
+        """At which limit a solved pose is not to be taken, if it is not."""
         if tick.status:
-            return self.blame(Status(int(tick.status)))
+            return None
         graph = self.solver.graph
         words, joints = [], set()
         for name, value, last in zip(
@@ -201,9 +211,7 @@ class Drive:
             low, high = graph.limits(name)
             further = (value < low and value < last) or (value > high and value > last)
             if further:
-                cone = name in graph.cones
-                number = graph.cones[name][0] if cone else graph.index(name, "limits")
-                joints.add(number if cone else graph.coordinates[number].joint)
+                joints.add(graph.holder(name))
                 words.append(f"{name} is at its limit")
         if not words:
             return None
@@ -217,22 +225,19 @@ class Drive:
             if name not in graph.cones:
                 k = graph.index(name, "coordinates")
                 q[k] = value + plan.offset(k)
+        if float(self.tick.conditioning) > _FIRM:
+            return Stop(status, status.words, frozenset())
         try:
-            at = configure(graph, plan.tree, q)
-            motions = freedoms(graph, plan.tree, at) / coordinate_scales(graph)[:, None]
+            freedom = freedom_at(self.solver, q)
         except (ParakinError, np.linalg.LinAlgError):
             return Stop(status, status.words, frozenset())
-        _, _, right = np.linalg.svd(motions[[*plan.driven, *plan.idle]])
-        free = np.abs(motions @ right[-1])
+        free = np.abs(freedom.rates)
         pose = () if graph.platform is None else graph.joints[graph.platform].coordinates
         passive = [k for k in range(len(free)) if k not in pose and k not in plan.driven]
         passive = passive or [k for k in range(len(free)) if k not in plan.driven]
         most = max(free[k] for k in passive)
-        blamed = [k for k in passive if free[k] > _MOVES * most]
-        why = f"a singularity, where {names(graph, blamed)} would go free or go no further"
-        if float(self.tick.conditioning) > _FIRM:
-            why, blamed = status.words, []
-        return Stop(status, why, frozenset(graph.coordinates[k].joint for k in blamed))
+        joints = {graph.coordinates[k].joint for k in passive if free[k] > _MOVES * most}
+        return Stop(status, freedom.said, frozenset(joints))
 
 
 def driven_by(mechanism: Mechanism, driven: Sequence[str]) -> Drive:

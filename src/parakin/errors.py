@@ -54,9 +54,8 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 def reason(error: OSError) -> str:
     """What the system says, in small letters and without its number."""
-    if (
-        error.errno is not None and error.errno in errno.errorcode
-    ):  # libraries add words of their own to the system's
+    if error.errno is not None and error.errno in errno.errorcode:
+        # Libraries add words of their own to `strerror`.
         return os.strerror(error.errno).lower()
     return (error.strerror or str(error)).lower()
 

@@ -147,6 +147,12 @@ class Graph:
             return self.cones[name][1]
         return self.coordinates[self.index(name, "limits")].limits
 
+    def holder(self, name: str) -> int:
+        """The number of the joint of a coordinate or a cone angle. Raises InputError."""
+        if name in self.cones:
+            return self.cones[name][0]
+        return self.coordinates[self.index(name, "limits")].joint
+
     def dimension(self, coordinate: int) -> Dimension:
         return ANGLE if self.coordinates[coordinate].angle else LENGTH
 

@@ -21,6 +21,7 @@ from parakin.expressions import Parameters, Value
 from parakin.files import catalogue, load, read_bytes
 from parakin.graph import Graph, graph_of, placement
 from parakin.mechanism import Mechanism
+from parakin.outputs import check_suffix
 from parakin.shapes import FloatArray, Mesh
 from parakin.solver import Solver
 from parakin.tracking import Status
@@ -209,11 +210,7 @@ def take(solver: Solver, motion: str) -> Take:
         values = ds["position"].values[:, k]
         outside = (values < low) | (values > high)
         if outside.any():
-            number = (
-                graph.cones[name][0]
-                if name in graph.cones
-                else graph.coordinates[graph.index(name, "limits")].joint
-            )
+            number = graph.holder(name)
             beyond[number] = beyond.get(number, False) | outside
     point = None
     if graph.platform is not None:
@@ -263,12 +260,10 @@ def read_mesh(path: Path) -> Mesh:
     """Triangles from a file. Raises InputError; no file it may refer to is read."""
     import trimesh
 
-    suffix = path.suffix.lower()
-    if suffix not in MESH_SUFFIXES:
-        raise InputError(str(path), f"suffix {path.suffix!r}", f"one of {', '.join(MESH_SUFFIXES)}")
+    check_suffix(path, MESH_SUFFIXES, {}, "view")
     data = read_bytes(path, _MAX_MESH)
     try:
-        found: Any = trimesh.load(io.BytesIO(data), file_type=suffix[1:], force="mesh")
+        found: Any = trimesh.load(io.BytesIO(data), file_type=path.suffix.lower()[1:], force="mesh")
         vertices = np.array(found.vertices, dtype=np.float64)
         faces = np.array(found.faces, dtype=np.int64)
     except Exception as error:  # whatever a broken file makes a foreign reader raise

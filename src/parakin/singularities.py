@@ -344,20 +344,68 @@ def _ending(path: _Path, sets: _Sets, i: int, rank: int, best: float) -> list[Cr
         return []
     y, guess = path.at(i, before)
     _, q = path.rates(y, guess, sets)
-    graph, plan = path.solver.graph, path.solver.plan
-    if sets.pose and abs(float(np.linalg.det(platform_axes(graph, q)[0][0]))) < _LOST:
+    freedom = _freedom(path.solver, sets, q[:, 0], rank, best)
+    if freedom.held > _LOST:
+        return []  # the rows that are solved fail, and not the mechanism
+    return [Crossing(time, freedom.kind, freedom.words, ends=True)]
+
+
+class Freedom(NamedTuple):
+    """What moves most easily at a pose while the driven coordinates are held: the kind of
+    singularity that it makes, in words; rates of all coordinates, slides in characteristic
+    lengths; and how firmly it is `held`, 0 where it is free.
+    """
+
+    kind: Kind
+    words: str
+    rates: FloatArray
+    held: float
+
+    @property
+    def said(self) -> str:
+        """As what a motion stops at."""
+        if self.kind == "angles":
+            return self.words
+        kind = {"driven": "", "passive": "passive-joint "}.get(self.kind, f"{self.kind} ")
+        return f"a {kind}singularity, where {self.words}"
+
+
+def freedom_at(solver: Solver, q: FloatArray) -> Freedom:
+    """What a pose near a singularity is near to; home tells which rank the rows have.
+
+    q: all coordinates, as the joints count. Where kinds cannot be told apart, as `closeness` says,
+    it is told by the driven coordinates alone. Raises LinAlgError.
+    """
+    try:
+        sets = _sets(solver)
+    except InputError:
+        sets = None
+    (values,) = _whole(solver.plan, np.asarray(solver.plan.home)[:, None])
+    rank = int((values > _RANK * values[0]).sum())
+    return _freedom(solver, sets, q, rank, float(values[rank - 1] / values[0]))
+
+
+def _freedom(solver: Solver, sets: _Sets | None, q: FloatArray, rank: int, best: float) -> Freedom:
+    """rank, best: of all closure rows where nothing is singular, and their least singular value
+    over the largest.
+    """
+    graph, plan = solver.graph, solver.plan
+    if graph.platform is not None and abs(_spread(graph, q)) < _LOST:
         words = "the platform's three angles are not defined there; angles about other axes may be"
-        return [Crossing(time, "angles", words, ends=True)]
-    (values,) = _whole(plan, q)
+        return Freedom("angles", words, np.zeros(len(q)), 0.0)
+    (values,) = _whole(plan, q[:, None])
     lost_rank = bool(values[rank - 1] < _LOST * best * values[0])
-    at = configure(graph, plan.tree, q[:, 0])
+    at = configure(graph, plan.tree, q)
     motions = freedoms(graph, plan.tree, at, rank=rank - lost_rank)
     motions = motions / coordinate_scales(graph)[:, None]
     _, held, right = np.linalg.svd(motions[[*plan.driven, *plan.idle]])
-    if motions.shape[1] == len(held) and held[-1] > _LOST:
-        return []  # the rows that are solved fail, and not the mechanism
     free = motions @ right[-1]
-    return [_judged(graph, sets, free, q[:, 0], time, constraint=lost_rank)]
+    firm = float(held[-1]) if motions.shape[1] == len(held) else 0.0
+    free[list(plan.driven)] = 0.0  # or nearly so
+    if sets is None:
+        words = f"{moving(graph, free, range(len(free)))} with the driven coordinates locked"
+        return Freedom("driven", words, free, firm)
+    return Freedom(*_judged(graph, sets, free, q, constraint=lost_rank), free, firm)
 
 
 def _tip(path: _Path, i: int) -> tuple[float, float, int]:
@@ -373,9 +421,14 @@ def _tip(path: _Path, i: int) -> tuple[float, float, int]:
     return abs(path.conditioning(i, time)), time, i
 
 
+def _spread(graph: Graph, q: FloatArray) -> float:
+    """The volume that the axes of the platform's three angles span, 0 in gimbal lock."""
+    return float(np.linalg.det(platform_axes(graph, q[:, None])[0][0]))
+
+
 def _judged(
-    graph: Graph, sets: _Sets, free: FloatArray, q: FloatArray, time: float, *, constraint: bool
-) -> Crossing:
+    graph: Graph, sets: _Sets, free: FloatArray, q: FloatArray, *, constraint: bool
+) -> tuple[Kind, str]:
     """Which kind: by what moves while the driven coordinates rest."""
     still = _STILL * float(np.abs(free).max())
     rest = [bool((np.abs(free[part]) < still).all()) for part in (sets.actuated, sets.outputs)]
@@ -390,14 +443,16 @@ def _judged(
         kind = kinds[rest[0], rest[1]]
     every = range(len(graph.coordinates))
     whole = sets._replace(outputs=sets.pose or sets.outputs)
+    carried = bool((np.abs(free[whole.outputs]) > still).any())
+    loose = _outputs(graph, whole, free, q) if carried else moving(graph, free, every)
     words = {
-        "constraint": lambda: f"{_outputs(graph, whole, free, q)}, whatever is driven",
+        "constraint": lambda: f"{loose}, whatever is driven",
         "passive": lambda: f"{moving(graph, free, every)} while all else rests",
         "type 2": lambda: _free(graph, sets, free, q),
         "type 1": lambda: _idle(graph, sets, free),
         "driven": lambda: f"{moving(graph, free, every)} with the driven coordinates locked",
     }
-    return Crossing(time, kind, words[kind](), ends=True)
+    return kind, words[kind]()
 
 
 def _outputs(graph: Graph, sets: _Sets, rates: FloatArray, q: FloatArray) -> str:
