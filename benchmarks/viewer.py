@@ -60,7 +60,7 @@ def answers(page: Page, count: int = 40) -> list[float]:
     """Milliseconds from a key on a slider to the pose in the page's scene."""
     page.tab("Drive")
     page.press("Home")
-    until(lambda: page.session.drive is not None)
+    until(lambda: page.session.steering.drive is not None)
     page.page.wait_for_timeout(500)
     found = []
     label = page.page.get_by_text("platform.z [mm]", exact=True)

@@ -52,6 +52,17 @@ def test_every_branch_closes_and_answers_to_its_name() -> None:
     assert len(set(seen)) == len(seen) > 1
 
 
+def test_what_is_counted_from_home_is_counted_from_there_on_every_branch() -> None:
+    solver = parakin.compile("flight-simulator", machine_code=False)
+    for branch in solver.branches().branches[:4]:
+        other = parakin.compile("flight-simulator", near=branch.coordinates, machine_code=False)
+        tick = other.at([other.home[name] for name in other.driven])
+        at = dict(zip(other.coordinates, tick.position, strict=True))
+        for name in SLIDERS:
+            assert other.home[name] == pytest.approx(branch.coordinates[name], abs=1e-9)
+            assert at[name] == pytest.approx(branch.coordinates[name], abs=1e-9)
+
+
 def test_a_branch_is_asked_for_by_name() -> None:
     search = parakin.compile("five-bar", machine_code=False).branches()
     for branch in search.branches:

@@ -140,6 +140,28 @@ def test_forward_takes_over_the_pose_that_inverse_left() -> None:
     assert not forward.from_pose(dict.fromkeys(inverse.values, 1.0))
 
 
+def test_it_knows_in_which_assembly_it_stands() -> None:
+    drive = _drive("five-bar", "platform.x", "platform.y")
+    search = drive.solver.branches()
+    poses = [branch.coordinates for branch in search.branches]
+    assert drive.nearest(poses, search.told_by) == 0
+    for k, pose in enumerate(poses):
+        other = driven_by(drive.solver.mechanism, drive.solver.driven, pose)
+        assert other.nearest(poses, search.told_by) == k
+    assert drive.to(drive.y + 0.02) is None
+    assert drive.nearest(poses, search.told_by) is None
+
+
+def test_a_pose_beyond_limits_tells_them() -> None:
+    drive = _drive("seat-2dof", "A1", "A2")
+    _, high = drive.solver.graph.limits("A1")
+    drive.y = np.array([high + 0.1, 0.0])
+    drive.tick = drive.solver.at(drive.y, guess=drive.tick.position)
+    assert drive.beyond == {"A1": drive.solver.graph.holder("A1")}
+    assert drive.to([high + 0.2, 0.0]) is not None  # no further
+    assert drive.to([high - 0.1, 0.0]) is None  # but back
+
+
 def test_what_can_be_driven() -> None:
     sets = {
         name: choices(parakin.compile(name, coordinates="all"))

@@ -99,7 +99,7 @@ def _agree(page: Page, position: np.ndarray, wxyz: np.ndarray) -> None:
 def test_a_slider_moves_it(simulator: Page) -> None:
     simulator.tab("Drive")
     simulator.press("Home")
-    until(lambda: simulator.session.drive is not None)
+    until(lambda: simulator.session.steering.drive is not None)
     simulator.enter("platform.y [mm]", "1200")
     solver = parakin.compile("flight-simulator")
     y = np.array([solver.home[name] for name in solver.driven])
@@ -112,12 +112,12 @@ def test_a_slider_moves_it(simulator: Page) -> None:
 def test_forward_drives_the_actuators_from_where_it_stands(simulator: Page) -> None:
     simulator.tab("Drive")
     simulator.press("Home")
-    until(lambda: simulator.session.drive is not None)
+    until(lambda: simulator.session.steering.drive is not None)
     simulator.choose("Kinematics", "forward")
     until(
         lambda: (
-            simulator.session.drive is not None
-            and simulator.session.drive.solver.driven == ("A2", "B3", "C3")
+            simulator.session.steering.drive is not None
+            and simulator.session.steering.drive.solver.driven == ("A2", "B3", "C3")
         )
     )
     simulator.enter("B3 [mm]", "40")
@@ -130,18 +130,18 @@ def test_forward_drives_the_actuators_from_where_it_stands(simulator: Page) -> N
 def test_the_handle_leads_the_platform(simulator: Page) -> None:
     simulator.tab("Drive")
     simulator.press("Home")
-    until(lambda: simulator.session.drive is not None)
+    until(lambda: simulator.session.steering.drive is not None)
     simulator.page.wait_for_function("window.__viserMutable.nodeRefFromName['/handle']")
     simulator.page.wait_for_timeout(500)
-    before = simulator.session.drive.y.copy()  # type: ignore[union-attr]
+    before = simulator.session.steering.drive.y.copy()  # type: ignore[union-attr]
     x, y = simulator.page.evaluate(_ON_SCREEN, 0.14 * simulator.session.scene.drawing.size)
     mouse = simulator.page.mouse
     mouse.move(x, y)
     mouse.down()
     mouse.move(x, y - 40, steps=5)
-    until(lambda: simulator.session.drive.y[1] > before[1] + 0.01)  # type: ignore[union-attr]
+    until(lambda: simulator.session.steering.drive.y[1] > before[1] + 0.01)  # type: ignore[union-attr]
     mouse.up()
-    drive = simulator.session.drive
+    drive = simulator.session.steering.drive
     assert drive is not None
     _agree(simulator, *drive.solver.poses(drive.y, drive.tick))
 
@@ -158,21 +158,48 @@ _ON_SCREEN = """size => {
 }"""
 
 
+def test_another_branch_is_searched_and_driven(browser: Any) -> None:
+    with viewed(browser, "five-bar") as page:
+        steering = page.session.steering
+        page.tab("Drive")
+        page.press("Home")
+        until(lambda: steering.drive is not None)
+        page.press("Search for branches here")
+        page.page.get_by_text(re.compile("4 distinct among [0-9,]+ assemblies")).wait_for()
+        page.choose("Branch", "2 of 4")
+        page.page.get_by_text(re.compile("branch 2 of 4")).wait_for()
+        other = parakin.compile("five-bar", near="2", coordinates="all")
+        y = np.array([other.home[name] for name in other.driven])
+        _agree(page, *other.poses(y, other.at(y)))
+        page.enter("platform.x [mm]", "20")
+        y[0] = 0.02
+        _agree(page, *other.poses(y, other.at(y)))
+        page.choose("Kinematics", "forward")  # from where it stands, on its assembly mode
+        page.page.get_by_text(re.compile("driven by hand, forward")).wait_for()
+        _agree(page, *other.poses(y, other.at(y)))
+        page.choose("Kinematics", "inverse")
+        page.page.get_by_text(re.compile("branch as it stood")).wait_for()
+        _agree(page, *other.poses(y, other.at(y)))
+        page.choose("Branch", "that of home")  # for the same driven values
+        page.page.get_by_text(re.compile("branch that of home")).wait_for()
+        own = parakin.compile("five-bar", coordinates="all")
+        _agree(page, *own.poses(y, own.at(y)))
+        assert page.said == []
+
+
 def test_at_a_limit_it_stops_and_the_joint_lights_up(browser: Any) -> None:
     with viewed(browser, "seat-2dof") as page:
         page.tab("Drive")
         page.choose("Kinematics", "forward")
-        until(lambda: page.session.drive is not None)
+        until(lambda: page.session.steering.drive is not None)
         page.enter("A1 [deg]", "20")
-        until(lambda: abs(page.session.drive.y[0] - np.radians(20)) < 1e-9)  # type: ignore[union-attr]
+        until(lambda: abs(page.session.steering.drive.y[0] - np.radians(20)) < 1e-9)  # type: ignore[union-attr]
         assert COLOURS["offending"] not in page.colours("/mechanism/crank1/joint A1")
-        page.session.drive.to([2.0, 0.0])  # type: ignore[union-attr]
-        stop = page.session.drive.to([2.0, 0.0])  # type: ignore[union-attr]
         with page.session._lock:
-            page.session._stand(stop)
+            page.session.steering.to([2.0, 0.0])
         until(lambda: COLOURS["offending"] in page.colours("/mechanism/crank1/joint A1"))
         assert COLOURS["offending"] not in page.colours("/mechanism/crank2/joint A2")
-        np.testing.assert_allclose(page.session.drive.y[0], np.radians(75), atol=1e-5)  # type: ignore[union-attr]
+        np.testing.assert_allclose(page.session.steering.drive.y[0], np.radians(75), atol=1e-5)  # type: ignore[union-attr]
         page.page.get_by_text(re.compile("stopped: A1 is at its limit")).wait_for()
 
 

@@ -60,6 +60,16 @@ class Search:
     unseen: float
     singular: int = 0
 
+    @property
+    def summary(self) -> str:
+        """How much was found, and how sure it is that this is all."""
+        odds = f"about {self.unseen:.1g}" if self.unseen else f"under {1 / max(self.closed, 1):.1g}"
+        return (
+            f"{len(self.branches)} distinct among {self.closed:,} assemblies found from "
+            f"{self.starts:,} random starts. A search, not a proof: one more would be new with "
+            f"probability {odds}."
+        )
+
 
 def branches(
     plan: Plan, values: Mapping[str, float] | None = None, starts: int = 8192, seed: int = 0

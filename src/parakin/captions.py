@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
+from parakin.branches import Search
 from parakin.drive import Stop
 from parakin.graph import Graph
 from parakin.tracking import Status
+
+HOME = "that of home"
 
 
 def unit_of(graph: Graph, name: str) -> tuple[str, float]:
@@ -17,20 +21,47 @@ def unit_of(graph: Graph, name: str) -> tuple[str, float]:
     return ("deg", math.degrees(1.0)) if angle else ("mm", 1e3)
 
 
-def words(
-    what: str, conditioning: float, residual: float, stop: Stop | None, lit: Sequence[str]
-) -> str:
-    """What is always in view, as Markdown."""
-    limits = f"beyond: {', '.join(lit)}" if lit and stop is None else "kept"
+@dataclass(frozen=True)
+class Standing:
+    """How a pose stands. stop: why it goes no further; beyond: joints outside their limits, their
+    numbers by name; branch: on which it is.
+    """
+
+    what: str
+    conditioning: float
+    residual: float
+    stop: Stop | None = None
+    beyond: Mapping[str, int] = field(default_factory=dict)
+    branch: str = HOME
+
+    @property
+    def lit(self) -> frozenset[int]:
+        """Joints to be lit."""
+        stopping = frozenset[int]() if self.stop is None else self.stop.joints
+        return stopping | frozenset(self.beyond.values())
+
+
+def words(standing: Standing) -> str:
+    """What is always in view."""
+    stop, limits, status = standing.stop, "kept", "converged"
     if stop is not None:
         status = f"**stopped: {plain(stop.words)}**"
         limits = "reached" if stop.status == Status.LIMIT_EXCEEDED else "kept"
-    else:
-        status = "**limit exceeded**" if lit else "converged"
+    if standing.beyond:
+        limits = f"beyond: {plain(', '.join(standing.beyond))}"
+        status = status if stop is not None else "**limit exceeded**"
     return (
-        f"{plain(what)}  \n{status}  \nconditioning {conditioning:.3f} · residual {residual:.1e} m"
-        f"  \nlimits {plain(limits)} · branch that of home"
+        f"{plain(standing.what)}  \n{status}  \n"
+        f"conditioning {standing.conditioning:.3f} · residual {standing.residual:.1e} m  \n"
+        f"limits {limits} · branch {plain(standing.branch)}"
     )
+
+
+def branch_words(number: int, search: Search) -> str:
+    """A branch that was found, as it is chosen."""
+    branch = search.branches[number]
+    beyond = f", beyond limits: {', '.join(branch.beyond)}" if branch.beyond else ""
+    return f"{number + 1} of {len(search.branches)}{beyond}"
 
 
 def plain(text: str) -> str:

@@ -67,7 +67,7 @@ def compile(
     for name in cut:
         if name not in joints:
             raise InputError("cut", f"unknown joint {name!r}", nearest(name, joints))
-    home = assembled(graph)
+    own = home = assembled(graph)
     if isinstance(near, str):
         search = branches(plan_of(graph, numbers, home, everywhere=True))
         named = {branch.name: branch.coordinates for branch in search.branches}
@@ -76,7 +76,7 @@ def compile(
         near = named[near]
     if near is not None:
         home = _near(graph, home, numbers, near)
-    plan = plan_of(graph, numbers, home, [joints.index(name) for name in cut])
+    plan = plan_of(graph, numbers, home, [joints.index(name) for name in cut], zero=own.q)
     chosen = list(_chosen(plan.graph, coordinates))
     iterated = newton_unknowns(plan)  # found and checked by the solver, whoever asks for them
     chosen += [k for k in iterated if k not in chosen]

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from parakin.compiler import compile as compile_mechanism
 from parakin.errors import InputError, ParakinError
@@ -27,6 +28,7 @@ _STEP = 0.04  # of a radian, or of the characteristic length
 _EDGE = 1e-5  # of such a step: how near to where it stops a pose is taken
 _WITHIN = 8.0  # times a step [rad or m]: how far an iterated coordinate may come
 _FIRM = 0.2  # conditioning above which nothing goes free
+_SAME = 1e-3  # radians and characteristic lengths between one pose, told twice
 _MOVES = 0.5  # of what moves most: what is to blame
 
 
@@ -67,6 +69,8 @@ class Drive:
     tick: Tick = field(init=False)
 
     def __post_init__(self) -> None:
+        limits = [self.solver.graph.limits(name) for name in self.solver.coordinates]
+        self._low, self._high = np.array(limits).reshape(-1, 2).T
         self.home()
 
     def home(self) -> None:
@@ -93,12 +97,19 @@ class Drive:
     @property
     def beyond(self) -> dict[str, int]:
         """Coordinates and cone angles outside their limits, with the numbers of their joints."""
-        graph = self.solver.graph
-        return {
-            name: graph.holder(name)
-            for name, value in self.values.items()
-            if not graph.limits(name)[0] <= value <= graph.limits(name)[1]
-        }
+        at = self.tick.position
+        return self._held((at < self._low) | (at > self._high))
+
+    def nearest(self, assemblies: Sequence[Mapping[str, float]], by: Sequence[str]) -> int | None:
+        """Which of some assemblies it stands in, to the eye, told apart by some coordinates."""
+        values, angles, units = self.values, self._are_angles(by), self._units_of(by)
+        here = np.array([values[name] for name in by])
+        for k, assembly in enumerate(assemblies):
+            away = (np.array([assembly[name] for name in by]) - here) / units
+            away[angles] = np.remainder(away[angles] + math.pi, 2 * math.pi) - math.pi
+            if np.abs(away).max(initial=0.0) < _SAME:
+                return k
+        return None
 
     def to(self, goal: Sequence[float] | FloatArray) -> Stop | None:
         """Go straight to other driven values; None, or why it stopped on the way.
@@ -107,7 +118,7 @@ class Drive:
         """
         end = np.array(goal, dtype=float)
         start, way = self.y, end - self.y
-        length = float(np.abs(way / self._units()).max(initial=0.0))
+        length = float(np.abs(way / self._units_of(self.solver.driven)).max(initial=0.0))
         if length == 0.0:
             return None
         if not np.isfinite(length):
@@ -194,28 +205,28 @@ class Drive:
     def _scale(self, part: float) -> float:
         return part * max(1.0, self.solver.graph.length)
 
-    def _units(self) -> FloatArray:
+    def _are_angles(self, names: Sequence[str]) -> NDArray[np.bool_]:
         graph = self.solver.graph
-        angles = [graph.coordinates[graph.index(n, "driven")].angle for n in self.solver.driven]
-        return np.where(angles, 1.0, graph.length)
+        return np.array([graph.coordinates[graph.index(n, "driven")].angle for n in names])
+
+    def _units_of(self, names: Sequence[str]) -> FloatArray:
+        return np.where(self._are_angles(names), 1.0, self.solver.graph.length)
 
     def _limit(self, tick: Tick) -> Stop | None:
         """At which limit a solved pose is not to be taken, if it is not."""
         if tick.status:
             return None
-        graph = self.solver.graph
-        words, joints = [], set()
-        for name, value, last in zip(
-            self.solver.coordinates, tick.position, self.tick.position, strict=True
-        ):
-            low, high = graph.limits(name)
-            further = (value < low and value < last) or (value > high and value > last)
-            if further:
-                joints.add(graph.holder(name))
-                words.append(f"{name} is at its limit")
-        if not words:
+        at, last = tick.position, self.tick.position
+        held = self._held(((at < self._low) & (at < last)) | ((at > self._high) & (at > last)))
+        if not held:
             return None
-        return Stop(Status.LIMIT_EXCEEDED, "; ".join(words), frozenset(joints))
+        words = "; ".join(f"{name} is at its limit" for name in held)
+        return Stop(Status.LIMIT_EXCEEDED, words, frozenset(held.values()))
+
+    def _held(self, which: NDArray[np.bool_]) -> dict[str, int]:
+        """Some of the reported coordinates, and the numbers of their joints."""
+        names = [self.solver.coordinates[k] for k in np.flatnonzero(which)]
+        return {name: self.solver.graph.holder(name) for name in names}
 
     def blame(self, status: Status) -> Stop:
         """What would go free at the pose where it stands, were it any nearer to where it stops."""
@@ -240,9 +251,12 @@ class Drive:
         return Stop(status, freedom.said, frozenset(joints))
 
 
-def driven_by(mechanism: Mechanism, driven: Sequence[str]) -> Drive:
-    """A mechanism at home, to be driven by these coordinates.
+def driven_by(
+    mechanism: Mechanism, driven: Sequence[str], near: Mapping[str, float] | None = None
+) -> Drive:
+    """A mechanism at home, to be driven by these coordinates. near: all coordinates of an assembly
+    to stand in, on whose branch it then stays.
 
     Raises InputError, AssemblyError, DrivenError.
     """
-    return Drive(compile_mechanism(mechanism, driven, coordinates="all"))
+    return Drive(compile_mechanism(mechanism, driven, coordinates="all", near=near))

@@ -49,11 +49,13 @@ def plan_of(
     home: Configuration,
     cut: Sequence[int] = (),
     *,
+    zero: FloatArray | None = None,
     everywhere: bool = False,
 ) -> Plan:
     """Choose tree, rows and order for these driven coordinates.
 
     cut: joints to leave out of the tree; without them the cheapest tree is looked for.
+    zero: the mechanism's own home, if `home` is another.
     everywhere: take nothing for granted that holds on home's branch and may not on others.
     Raises DrivenError where the driven coordinates do not determine the motion at home, or where
     no tree leaves out those joints and keeps the driven ones.
@@ -109,7 +111,15 @@ def plan_of(
     blocks = [signed(graph, signs, block, here) for block in blocks]
     spared = sorted(set(graph.inside(tree)) & (affine.keys() - given))
     return Plan(
-        graph, tree, tuple(driven), home.q, affine, tuple(blocks), tuple(idle), tuple(spared)
+        graph,
+        tree,
+        tuple(driven),
+        home.q,
+        home.q if zero is None else zero,
+        affine,
+        tuple(blocks),
+        tuple(idle),
+        tuple(spared),
     )
 
 

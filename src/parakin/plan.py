@@ -49,7 +49,8 @@ class Block:
 class Plan:
     """How to solve a mechanism for its driven coordinates.
 
-    `home`: all coordinates at home, as their joints count. `blocks` are in order of solution;
+    `home`: all coordinates at home, as their joints count; `zero`: at the mechanism's own home,
+    which is another where a solver stands on another branch. `blocks` are in order of solution;
     `idle` are coordinates of idle freedoms, held at home; `spared` those of the tree that need not
     be solved as they are affine on this branch.
     """
@@ -58,11 +59,12 @@ class Plan:
     tree: Tree
     driven: tuple[int, ...]
     home: FloatArray
+    zero: FloatArray
     affine: Mapping[int, Affine]
     blocks: tuple[Block, ...]
     idle: tuple[int, ...] = ()
     spared: tuple[int, ...] = ()
 
     def offset(self, coordinate: int) -> float:
-        """What a coordinate counted from home has at home, as its joint counts; else 0."""
-        return float(self.home[coordinate]) if coordinate in self.graph.from_home else 0.0
+        """What a coordinate counted from home has there, as its joint counts; else 0."""
+        return float(self.zero[coordinate]) if coordinate in self.graph.from_home else 0.0

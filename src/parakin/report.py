@@ -215,15 +215,10 @@ def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> Renderab
             str(branch.variants),
             ", ".join(branch.beyond),
         )
-    odds = f"about {found.unseen:.1g}" if found.unseen else f"under {1 / max(found.closed, 1):.1g}"
     return Group(
         Text(f"{graph.mechanism.name}, driven: {', '.join(driven)}", style="bold"),
         table,
-        Text(
-            f"{len(found.branches)} distinct among {found.closed:,} assemblies found from "
-            f"{found.starts:,} random starts. A search, not a proof: one more would be new with "
-            f"probability {odds}."
-        ),
+        Text(found.summary),
         *(
             [Text(f"{found.singular:,} more are singular and left out: no isolated assemblies.")]
             if found.singular

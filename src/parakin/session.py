@@ -11,17 +11,17 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from parakin.captions import plain, unit_of, words
+from parakin.captions import Standing, plain, words
 from parakin.charts import Charts
-from parakin.drive import Drive, Stop, choices, driven_by
 from parakin.errors import ParakinError
 from parakin.repertoire import Repertoire, Shown, Take
 from parakin.scene import Scene
+from parakin.shapes import FloatArray
+from parakin.steering import Steering
 
 _RATE = 60.0  # poses a second
 _SLOW = 8.0  # other updates a second
@@ -38,7 +38,7 @@ class Session:
     shown: Shown
     scene: Scene = field(init=False)
     take: Take | None = field(init=False, default=None)
-    drive: Drive | None = field(init=False, default=None)
+    steering: Steering = field(init=False)
     time: float = field(init=False, default=0.0)
     playing: bool = field(init=False, default=False)
     poses: int = field(init=False, default=0)
@@ -47,13 +47,8 @@ class Session:
         self._lock = threading.RLock()
         self._wake = threading.Condition(self._lock)
         self._closed = False
+        self._told = ""
         self._slow = 0.0  # when the page's words were last updated
-        self._sliders: dict[str, Any] = {}
-        self._choices: dict[str, tuple[str, ...]] = {}
-        self._drives: dict[str, Drive] = {}
-        self._set = ""  # which of the choices is driven
-        self._handle: Any = None
-        self._led = False
         with self._lock:
             self._add_controls()
             self._show(self.shown)
@@ -77,12 +72,7 @@ class Session:
             self._speed = gui.add_dropdown("Speed", _SPEEDS, initial_value="1")
             self._loop = gui.add_checkbox("Loop", initial_value=True)
             self._traced = gui.add_checkbox("Trace of the platform's point", initial_value=True)
-        self._drive_tab = tabs.add_tab("Drive")
-        with self._drive_tab:
-            self._which = gui.add_dropdown("Kinematics", ["inverse", "forward"])
-            self._here = gui.add_button("Drive from here")
-            self._home = gui.add_button("Home")
-            self._handled = gui.add_checkbox("Handle in the scene", initial_value=True)
+        self.steering = Steering(self, tabs.add_tab("Drive"))
         with tabs.add_tab("Show"):
             self._frames = gui.add_checkbox("Frames of bodies", initial_value=False)
             self._names = gui.add_checkbox("Names", initial_value=False)
@@ -93,26 +83,22 @@ class Session:
         panel.set_width(340)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(340)
-        self._on(self._mechanism, lambda: self._choose(self._mechanism.value))
-        self._on(self._motion, lambda: self._choose_motion(self._motion.value))
-        self._on(self._slider, lambda: self.seek(self._slider.value))
-        self._on(self._traced, self._trace)
-        self._on(self._which, self._switch)
-        self._on(self._handled, self._place_handle)
-        self._on(self._frames, lambda: self.scene.show_frames(self._frames.value))
-        self._on(self._names, lambda: self.scene.show_names(self._names.value))
-        self._button.on_click(lambda _: self.toggle())
-        self._here.on_click(lambda _: self._locked(self.drive_here))
-        self._home.on_click(lambda _: self._locked(self.drive_home))
+        self.on(self._mechanism.on_update, lambda: self._choose(self._mechanism.value))
+        self.on(self._motion.on_update, lambda: self._choose_motion(self._motion.value))
+        self.on(self._slider.on_update, lambda: self.seek(self._slider.value))
+        self.on(self._traced.on_update, self._trace)
+        self.on(self._frames.on_update, lambda: self.scene.show_frames(self._frames.value))
+        self.on(self._names.on_update, lambda: self.scene.show_names(self._names.value))
+        self.on(self._button.on_click, self.toggle)
 
-    def _on(self, control: Any, act: Callable[[], None]) -> None:
-        """Act when the user moves a control, and not when this session does."""
+    def on(self, event: Callable[[Any], Any], act: Callable[[], None]) -> None:
+        """Act on a control's event when the user makes it, and not when this session does."""
 
-        def moved(event: Any) -> None:
-            if event.client is not None:
+        def moved(made: Any) -> None:
+            if made.client is not None:
                 self._locked(act)
 
-        control.on_update(moved)
+        event(moved)
 
     def _locked(self, act: Callable[[], None]) -> None:
         with self._lock:
@@ -127,8 +113,10 @@ class Session:
 
     def tell(self, message: str) -> None:
         """Show what is wrong; "" clears it."""
-        self._message.content = f"**Error:** {plain(message)}" if message else ""
-        self._message.visible = bool(message)
+        if message != self._told:
+            self._told = message
+            self._message.content = f"**Error:** {plain(message)}" if message else ""
+            self._message.visible = bool(message)
 
     # What is shown
 
@@ -157,7 +145,7 @@ class Session:
         self.tell("")
         with self.client.atomic():
             if hasattr(self, "scene"):
-                self._drop_handle()
+                self.steering.leave()
                 self.scene.remove()
             self.shown = shown
             self.scene = Scene(self.client.scene, shown.drawing, shown.meshes)
@@ -167,8 +155,8 @@ class Session:
                 self._look_at()
             source = f"  \n{plain(shown.mechanism.source)}" if shown.mechanism.source else ""
             self._title.content = f"**{plain(shown.mechanism.title or shown.name)}**{source}"
-            self.take, self.drive = None, None
-            self._fill_drive()
+            self.take = None
+            self.steering.show(shown)
             self._motion.options = list(shown.motions) or [_STANDS]
             self._motion.value = self._motion.options[0]
             self._charts.clear()
@@ -177,7 +165,7 @@ class Session:
         if shown.motions:
             self._guarded(lambda: self._choose_motion(motion or shown.motions[0], at))
         elif shown.solver is not None:
-            self.drive_home()
+            self.steering.go_home()
         else:
             self._state.content = "stands at home"
 
@@ -232,14 +220,14 @@ class Session:
         self.playing = playing
         self._button.label = "Pause" if playing else "Play"
         if playing:
-            self._leave_drive()
+            self.steering.leave()
             self._wake.notify_all()
 
     def seek(self, at: float) -> None:
         """Show the motion at a time [s]."""
         with self._lock:
             if self.take is not None:
-                self._leave_drive()
+                self.steering.leave()
                 self.time = at
                 self._frame(at, slow=True)
 
@@ -280,184 +268,40 @@ class Session:
         take = self.take
         assert take is not None
         k = take.index(at)
-        beyond = {number for number, when in take.beyond.items() if when[k]}
-        ended = take.stop if k == len(take.time) - 1 else None
+        joints = self.shown.graph.joints
+        standing = Standing(
+            f"{take.name}, t = {at:.2f} s{take.said}",
+            float(take.conditioning[k]),
+            float(take.residual[k]),
+            take.stop if k == len(take.time) - 1 else None,
+            {joints[number].name: number for number, when in take.beyond.items() if when[k]},
+        )
         self.poses += 1
         with self.client.atomic():
             self.scene.place(take.position[k], take.wxyz[k])
-            self.scene.light(beyond | (ended.joints if ended else frozenset()))
+            self.scene.light(standing.lit)
             if slow:
                 self._slider.value = at
                 self._charts.cursor(at)
-                self._state.content = words(
-                    f"{take.name}, t = {at:.2f} s{take.said}",
-                    float(take.conditioning[k]),
-                    float(take.residual[k]),
-                    ended,
-                    [self.shown.graph.joints[number].name for number in sorted(beyond)],
-                )
+                self._state.content = words(standing)
 
-    # Driving
+    # Steered
 
-    def _fill_drive(self) -> None:
-        """What can be driven, and its sliders; none where nothing can."""
-        self._drives, self._choices = {}, {}
-        if self.shown.solver is not None:
-            solver = self.shown.solver
-            self._choices = choices(solver)
-            self._set = next(name for name, c in self._choices.items() if c == solver.driven)
-            self._drives[self._set] = Drive(solver)  # others are compiled when asked for
-            self._which.options = list(self._choices)
-            self._which.value = self._set
-        for control in (self._which, self._here, self._home, self._handled):
-            control.visible = bool(self._choices)
-        self._add_sliders()
-
-    def _chosen(self) -> Drive:
-        """The drive of the set that is chosen; compiled when first asked for."""
-        if self._set not in self._drives:
-            self._state.content = "compiling …"
-            self._drives[self._set] = driven_by(self.shown.mechanism, self._choices[self._set])
-        return self._drives[self._set]
-
-    def _add_sliders(self) -> None:
-        for slider in self._sliders.values():
-            slider.remove()
-        self._sliders.clear()
-        if not self._choices:
-            return
-        drive = self._chosen()
-        with self._drive_tab:
-            for name, value in zip(drive.solver.driven, drive.y.tolist(), strict=True):
-                unit, scale = unit_of(self.shown.graph, name)
-                low, high = (scale * end for end in drive.span(name))
-                step = 10.0 ** math.floor(math.log10((high - low) / 1000))
-                low, high = step * math.floor(low / step), step * math.ceil(high / step)
-                at = min(max(scale * value, low), high)
-                slider = self.client.gui.add_slider(f"{name} [{unit}]", low, high, step, at)
-                self._on(slider, partial(self._slid, name))
-                self._sliders[name] = slider
-
-    def _switch(self) -> None:
-        """Drive the other set, from where the mechanism stands."""
-        values, before = self._values(), self._set
-        self._set = self._which.value
-        try:
-            self._chosen()
-        except ParakinError:
-            self._set = self._which.value = before
-            raise
-        self._add_sliders()
-        self._enter(values)
-
-    def _values(self) -> dict[str, float] | None:
-        """All coordinates as shown, if they are known."""
-        if self.drive is not None:
-            return self.drive.values
+    def halt(self) -> dict[str, float] | None:
+        """Stop playing; all coordinates where the motion stands, if there is one."""
+        self._set_playing(False)
         return None if self.take is None else self.take.values(self.time)
 
-    def _enter(self, values: dict[str, float] | None, *, but: str = "") -> None:
-        """Start driving from a pose, or home; sliders go there, `but` one."""
-        self._set_playing(False)
-        drive = self._chosen()
-        if values is None or not drive.from_pose(values):
-            drive.home()
-        self.drive = drive
-        self._sync(but)
-        self._stand(None)
+    def say(self, text: str) -> None:
+        """A word while something takes its time."""
+        self._state.content = text
 
-    def drive_home(self) -> None:
-        """Drive, from home."""
-        with self._lock:
-            if self._choices:
-                self._enter(None)
-
-    def drive_here(self) -> None:
-        """Drive, from where the mechanism stands."""
-        with self._lock:
-            if self._choices:
-                self._enter(self._values())
-
-    def _leave_drive(self) -> None:
-        if self.drive is not None:
-            self.drive = None
-            self._drop_handle()
-
-    def _sync(self, but: str = "") -> None:
-        """Sliders to where the mechanism stands."""
-        assert self.drive is not None
-        for name, value in zip(self.drive.solver.driven, self.drive.y.tolist(), strict=True):
-            if name != but:
-                slider = self._sliders[name]
-                scaled = unit_of(self.shown.graph, name)[1] * value
-                slider.value = min(max(scaled, slider.min), slider.max)
-
-    def _slid(self, name: str) -> None:
-        if self.drive is None:
-            self._enter(self._values(), but=name)
-        drive = self.drive
-        assert drive is not None
-        graph = self.shown.graph
-        goal = [self._sliders[n].value / unit_of(graph, n)[1] for n in drive.solver.driven]
-        rest = np.abs(goal - drive.y) < 0.5 * np.array(
-            [self._sliders[n].step / unit_of(graph, n)[1] for n in drive.solver.driven]
-        )  # a slider has its own steps: what nobody moved stays
-        self._stand(drive.to(np.where(rest, drive.y, goal)))
-
-    async def _hold(self, event: Any) -> None:
-        """Whether a hand is on the handle. Awaited, and so in order, which threads are not."""
-        self._led = event.phase != "end"
-
-    def _lead(self) -> None:
-        """Follow the handle; once it is let go it returns to where the mechanism stands."""
-        if self.drive is None or self._handle is None:
-            return
-        stop = self.drive.to(self.drive.led(self._handle.position, self._handle.wxyz))
-        self._sync()
-        self._stand(stop)
-
-    def _stand(self, stop: Stop | None) -> None:
-        """Show the driven pose, and why it goes no further."""
-        drive = self.drive
-        assert drive is not None
-        position, wxyz = drive.solver.poses(drive.y, drive.tick)
-        lit = stop.joints if stop is not None else frozenset()
-        with self.client.atomic():
-            self.scene.place(position, wxyz)
-            self.scene.light(lit)
-            self._place_handle()
-            self._state.content = words(
-                f"driven by hand, {self._set}",
-                float(drive.tick.conditioning),
-                float(drive.tick.residual),
-                stop,
-                [self.shown.graph.joints[k].name for k in sorted(lit)],
-            )
-        self.client.flush()  # a hand is waiting
-
-    def _place_handle(self) -> None:
-        """The handle where the platform is, unless the hand is on it."""
-        if self._led:
-            return
-        pose = None if self.drive is None else self.drive.platform()
-        if pose is None or not self._handled.value:
-            self._drop_handle()
-            return
-        if self._handle is None:
-            size = 0.16 * self.shown.drawing.size
-            handle = self.client.scene.add_transform_controls(
-                "/handle", size, depth_test=False, position=pose[0], wxyz=pose[1]
-            )
-            handle.on_update(self._hold)
-            handle.on_update(lambda _: self._locked(self._lead))
-            self._handle = handle
-        self._handle.position, self._handle.wxyz = pose
-
-    def _drop_handle(self) -> None:
-        if self._handle is not None:
-            self._handle.remove()
-            self._handle = None
-        self._led = False
+    def stand(self, poses: tuple[FloatArray, FloatArray], standing: Standing) -> None:
+        """Show a pose that is driven by hand."""
+        self.tell(self.shown.problem)
+        self.scene.place(*poses)
+        self.scene.light(standing.lit)
+        self._state.content = words(standing)
 
     def close(self) -> None:
         """End the session; its page is gone."""

@@ -327,7 +327,7 @@ class Solver:
             if name not in self.driven:
                 raise InputError("values", f"{name!r}", nearest(name, self.driven))
         home = configure(self.graph, self.plan.tree, self.plan.home)
-        plan = plan_of(self.graph, self.plan.driven, home, everywhere=True)
+        plan = plan_of(self.graph, self.plan.driven, home, zero=self.plan.zero, everywhere=True)
         return branches(plan, values, starts)
 
     def singularities(self, result: xr.Dataset, motion: Motion | str | None = None) -> Closeness:

@@ -1,0 +1,317 @@
+"""The tab Drive of a page: a mechanism led by sliders or by a handle on its platform, on the branch
+that is chosen.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any, Protocol
+
+import numpy as np
+
+from parakin.captions import HOME, Standing, branch_words, plain, unit_of
+from parakin.drive import Drive, Stop, choices, driven_by
+from parakin.errors import ParakinError
+from parakin.repertoire import Shown
+from parakin.shapes import FloatArray
+
+_ELSEWHERE = "as it stood"  # a branch that no search has named
+
+
+class Page(Protocol):
+    """What steering asks of the page that it is on."""
+
+    client: Any
+
+    def on(self, event: Callable[[Any], Any], act: Callable[[], None]) -> None:
+        """Act when the user does something to a control: an event is its `on_update`, say."""
+
+    def halt(self) -> Mapping[str, float] | None:
+        """Stop what plays; all coordinates where it stands, if they are known."""
+
+    def say(self, text: str) -> None:
+        """A word while something takes its time."""
+
+    def stand(self, poses: tuple[FloatArray, FloatArray], standing: Standing) -> None:
+        """Show a pose."""
+
+
+class Steering:
+    """The tab's controls, and the `drive` that they lead; None while the page plays."""
+
+    def __init__(self, page: Page, tab: Any) -> None:
+        self._page, self._tab = page, tab
+        self.drive: Drive | None = None
+        self._shown: Shown | None = None
+        self._sliders: dict[str, Any] = {}
+        self._choices: dict[str, tuple[str, ...]] = {}
+        self._set = ""  # which of the choices is driven
+        self._label = HOME  # and on which branch
+        self._drives: dict[tuple[str, str], Drive] = {}
+        self._found: dict[str, Mapping[str, float]] = {}
+        self._handle: Any = None
+        self._led = False
+        gui = page.client.gui
+        with tab:
+            self._which = gui.add_dropdown("Kinematics", ["inverse", "forward"])
+            self._branch = gui.add_dropdown("Branch", [HOME])
+            self._search = gui.add_button("Search for branches here")
+            self._result = gui.add_markdown("", visible=False)
+            self._here = gui.add_button("Drive from here")
+            self._home = gui.add_button("Home")
+            self._handled = gui.add_checkbox("Handle in the scene", initial_value=True)
+        page.on(self._which.on_update, self._switch)
+        page.on(self._branch.on_update, self._choose_branch)
+        page.on(self._search.on_click, self._search_branches)
+        page.on(self._here.on_click, self.take_over)
+        page.on(self._home.on_click, self.go_home)
+        page.on(self._handled.on_update, self._place_handle)
+
+    # What is driven
+
+    def show(self, shown: Shown) -> None:
+        """Offer what can be driven of a mechanism; nothing where nothing can."""
+        self.leave()
+        self._shown, self._choices = shown, {}
+        self._drives.clear()
+        if shown.solver is not None:
+            solver = shown.solver
+            self._choices = choices(solver)
+            self._set = next(name for name, c in self._choices.items() if c == solver.driven)
+            self._drives[self._set, HOME] = Drive(solver)  # others are compiled when asked for
+            self._which.options = list(self._choices)
+            self._which.value = self._set
+        self._forget_branches()
+        for control in (
+            *(self._which, self._branch, self._search),
+            *(self._here, self._home, self._handled),
+        ):
+            control.visible = bool(self._choices)
+        self._add_sliders()
+
+    def _chosen(self) -> Drive:
+        """The drive of the set and branch that are chosen; compiled when first asked for."""
+        assert self._shown is not None
+        key = self._set, self._label
+        if key not in self._drives:
+            self._page.say("compiling …")
+            near = self._found.get(self._label)
+            self._drives[key] = driven_by(self._shown.mechanism, self._choices[self._set], near)
+        return self._drives[key]
+
+    def _add_sliders(self) -> None:
+        for slider in self._sliders.values():
+            slider.remove()
+        self._sliders.clear()
+        if not self._choices:
+            return
+        drive = self._chosen()
+        with self._tab:
+            for name, value in zip(drive.solver.driven, drive.y.tolist(), strict=True):
+                unit, scale = unit_of(drive.solver.graph, name)
+                low, high = (scale * end for end in drive.span(name))
+                step = 10.0 ** math.floor(math.log10((high - low) / 1000))
+                low, high = step * math.floor(low / step), step * math.ceil(high / step)
+                at = min(max(scale * value, low), high)
+                slider = self._page.client.gui.add_slider(f"{name} [{unit}]", low, high, step, at)
+                self._page.on(slider.on_update, partial(self._slid, name))
+                self._sliders[name] = slider
+
+    def _switch(self) -> None:
+        """Drive the other set, from where the mechanism stands."""
+        values, before = self._values(), (self._set, self._label)
+        self._set, self._label = self._which.value, HOME
+        try:
+            self._chosen()
+        except ParakinError:
+            self._set, self._label = before
+            self._which.value = self._set
+            raise
+        self._forget_branches()
+        self._add_sliders()
+        self._enter(values)
+
+    # Branches
+
+    def _forget_branches(self) -> None:
+        """Only home's is known: what a search finds depends on the set and on where it is."""
+        self._label = HOME
+        self._found.clear()
+        for key in [key for key in self._drives if key[1] != HOME]:
+            del self._drives[key]
+        self._branch.options, self._branch.value = [HOME], HOME
+        self._result.visible = False
+
+    def _search_branches(self) -> None:
+        """Offer the other assemblies for the values that are driven now."""
+        if self.drive is None:
+            self._enter(self._values())
+        drive = self.drive
+        assert drive is not None
+        self._page.say("searching …")
+        values = dict(zip(drive.solver.driven, drive.y.tolist(), strict=True))
+        search = drive.solver.branches(values)
+        here = drive.nearest([branch.coordinates for branch in search.branches], search.told_by)
+        self._found = {} if self._label == HOME else {self._label: self._found[self._label]}
+        for k, branch in enumerate(search.branches):
+            if k != here:
+                self._found[branch_words(k, search)] = branch.coordinates
+        kept = {key: d for key, d in self._drives.items() if key[1] in (HOME, self._label)}
+        self._drives = kept
+        self._branch.options = list(dict.fromkeys([HOME, *self._found]))
+        self._branch.value = self._label
+        self._result.content = plain(search.summary)
+        self._result.visible = True
+        self._stand(None)
+
+    def _choose_branch(self) -> None:
+        """Stand in another assembly of the same driven values; on home's, walk there."""
+        before, goal = self._label, None if self.drive is None else self.drive.y
+        self._label = self._branch.value
+        try:
+            drive = self._chosen()
+        except ParakinError:
+            self._label = self._branch.value = before
+            raise
+        drive.home()
+        self._page.halt()
+        self.drive = drive
+        stop = drive.to(goal) if self._label == HOME and goal is not None else None
+        self._sync()
+        self._stand(stop)
+
+    # Where it stands
+
+    def _values(self) -> Mapping[str, float] | None:
+        """All coordinates as shown, if they are known."""
+        return self.drive.values if self.drive is not None else self._page.halt()
+
+    def _enter(self, values: Mapping[str, float] | None, *, but: str = "") -> None:
+        """Start driving from a pose, or home; sliders go there, `but` one."""
+        self._page.halt()
+        drive = self._chosen()
+        if values is None:
+            drive.home()
+        elif not drive.from_pose(values):
+            drive = self._elsewhere(values)
+        self.drive = drive
+        self._sync(but)
+        self._stand(None)
+
+    def _elsewhere(self, values: Mapping[str, float]) -> Drive:
+        """The drive for a pose on no branch that has a name, or where there is none, home's."""
+        self._forget_branches()
+        self._found[_ELSEWHERE] = values
+        self._label = _ELSEWHERE
+        try:
+            drive = self._chosen()
+        except ParakinError:
+            self._forget_branches()
+            drive = self._chosen()
+            drive.home()
+            return drive
+        self._branch.options, self._branch.value = [HOME, _ELSEWHERE], _ELSEWHERE
+        return drive
+
+    def go_home(self) -> None:
+        """Drive, from home."""
+        if self._choices:
+            self._label = self._branch.value = HOME
+            self._enter(None)
+
+    def take_over(self) -> None:
+        """Drive, from where the mechanism stands."""
+        if self._choices:
+            self._enter(self._values())
+
+    def leave(self) -> None:
+        """Drive no longer."""
+        if self.drive is not None:
+            self.drive = None
+            self._label = self._branch.value = HOME
+            self._drop_handle()
+
+    def _sync(self, but: str = "") -> None:
+        """Sliders to where the mechanism stands."""
+        assert self.drive is not None
+        for name, value in zip(self.drive.solver.driven, self.drive.y.tolist(), strict=True):
+            if name != but:
+                slider = self._sliders[name]
+                scaled = unit_of(self.drive.solver.graph, name)[1] * value
+                slider.value = min(max(scaled, slider.min), slider.max)
+
+    def _slid(self, name: str) -> None:
+        if self.drive is None:
+            self._enter(self._values(), but=name)
+        drive = self.drive
+        assert drive is not None
+        graph = drive.solver.graph
+        goal = [self._sliders[n].value / unit_of(graph, n)[1] for n in drive.solver.driven]
+        rest = np.abs(goal - drive.y) < 0.5 * np.array(
+            [self._sliders[n].step / unit_of(graph, n)[1] for n in drive.solver.driven]
+        )  # a slider has its own steps: what nobody moved stays
+        self.to(np.where(rest, drive.y, goal))
+
+    def to(self, goal: Sequence[float] | FloatArray) -> None:
+        """Drive towards values (k,) [m or rad]."""
+        assert self.drive is not None
+        self._stand(self.drive.to(goal))
+
+    def _stand(self, stop: Stop | None) -> None:
+        """Show the driven pose, and why it goes no further."""
+        drive = self.drive
+        assert drive is not None
+        graph, beyond = drive.solver.graph, drive.beyond
+        standing = Standing(
+            f"driven by hand, {self._set}",
+            float(drive.tick.conditioning),
+            float(drive.tick.residual),
+            stop,
+            {graph.joints[number].name: number for number in beyond.values()},
+            self._label,
+        )
+        with self._page.client.atomic():
+            self._page.stand(drive.solver.poses(drive.y, drive.tick), standing)
+            self._place_handle()
+        self._page.client.flush()  # a hand is waiting
+
+    # The handle
+
+    async def _hold(self, event: Any) -> None:
+        """Whether a hand is on the handle. Awaited, and so in order, which threads are not."""
+        self._led = event.phase != "end"
+
+    def _lead(self) -> None:
+        """Follow the handle; once it is let go it returns to where the mechanism stands."""
+        if self.drive is None or self._handle is None:
+            return
+        stop = self.drive.to(self.drive.led(self._handle.position, self._handle.wxyz))
+        self._sync()
+        self._stand(stop)
+
+    def _place_handle(self) -> None:
+        """The handle where the platform is, unless the hand is on it."""
+        if self._led:
+            return
+        pose = None if self.drive is None else self.drive.platform()
+        if pose is None or not self._handled.value:
+            self._drop_handle()
+            return
+        if self._handle is None:
+            assert self._shown is not None
+            size = 0.16 * self._shown.drawing.size
+            handle = self._page.client.scene.add_transform_controls(
+                "/handle", size, depth_test=False, position=pose[0], wxyz=pose[1]
+            )
+            handle.on_update(self._hold)
+            self._page.on(handle.on_update, self._lead)
+            self._handle = handle
+        self._handle.position, self._handle.wxyz = pose
+
+    def _drop_handle(self) -> None:
+        if self._handle is not None:
+            self._handle.remove()
+            self._handle = None
+        self._led = False
