@@ -23,6 +23,7 @@ _FLAGS = (
     "--headless --no-sandbox --disable-quic --no-first-run --disable-background-networking "
     "--disable-component-update --disable-sync --use-angle=swiftshader --enable-unsafe-swiftshader"
 )
+ELSEWHERE = "elsewhere.example"  # another site, whose name leads to this computer
 _KNOWN = ("THREE.Clock", "GL Driver Message")  # warnings of viser's own page
 _PATIENCE = 60_000  # [ms]; pictures are drawn without a graphics card
 
@@ -39,7 +40,7 @@ def chromium() -> Iterator[Any]:
             profile,
             executable_path=CHROMIUM,
             headless=True,
-            args=_FLAGS.split(),
+            args=[*_FLAGS.split(), f"--host-resolver-rules=MAP {ELSEWHERE} 127.0.0.1"],
             viewport={"width": 1280, "height": 800},
         )
         browser.set_default_timeout(_PATIENCE)

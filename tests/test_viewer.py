@@ -18,12 +18,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import Page, chromium, needs_chromium, until, viewed
+from browser import ELSEWHERE, Page, chromium, needs_chromium, until, viewed
 
 import parakin
 from parakin.drawing import COLOURS
 from parakin.repertoire import Repertoire
-from parakin.viewer import Viewer, exposure, serving
+from parakin.viewer import Viewer, exposure, is_foreign, serving
 
 pytestmark = needs_chromium
 FOUR_BAR = (Path(parakin.__file__).parent / "catalog" / "four-bar.toml").read_text("utf-8")
@@ -344,6 +344,34 @@ def test_it_is_bound_to_the_loopback_address_alone() -> None:
         with pytest.raises(ConnectionRefusedError):
             socket.create_connection(("127.0.0.2", port), 5)
         assert viewer.server.request_share_url() is None
+
+
+@pytest.mark.parametrize(
+    ("origin", "foreign"),
+    [
+        ("http://localhost:8080", False),
+        ("http://127.0.0.1", False),
+        ("http://[::1]:8080", False),
+        (None, False),
+        ("https://elsewhere.example", True),
+        ("http://127.0.0.1.elsewhere.example", True),
+        ("http://localhost@elsewhere.example", True),
+        ("null", True),
+    ],
+)
+def test_whose_page_it_is(origin: str | None, foreign: bool) -> None:
+    assert is_foreign(origin) == foreign
+
+
+def test_pages_of_other_sites_are_refused(browser: Any) -> None:
+    with serving(Repertoire("four-bar"), port=0) as viewer:
+        page = browser.new_page()
+        page.goto(viewer.url.replace("127.0.0.1", ELSEWHERE))
+        page.get_by_text(re.compile(f"Refused: a page of http://{ELSEWHERE}")).wait_for()
+        assert not viewer.sessions
+        assert not page.get_by_text("slider-crank").count()
+        page.close()
+        until(lambda: not viewer.server.get_clients())
 
 
 def test_ctrl_c_is_how_it_ends() -> None:

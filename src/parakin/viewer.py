@@ -14,7 +14,9 @@ import threading
 import warnings
 from collections.abc import Iterator
 from typing import Any
+from urllib.parse import urlsplit
 
+from parakin.captions import plain
 from parakin.errors import InputError, ParakinError, reason
 from parakin.foreign import not_installed
 from parakin.repertoire import Repertoire, Shown
@@ -31,6 +33,13 @@ def is_loopback(host: str) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return False
+
+
+def is_foreign(origin: str | None) -> bool:
+    """Whether a page is of another site: one that is open in the same browser reaches the loopback
+    address too. Browsers say in every request whose page it is; other programs need not.
+    """
+    return origin is not None and not is_loopback(urlsplit(origin).hostname or "")
 
 
 def exposure(host: str) -> str:
@@ -118,6 +127,15 @@ class Viewer:
         return f"http://{f'[{shown}]' if ':' in shown else shown}:{self.server.get_port()}"
 
     def _opened(self, client: Any) -> None:
+        connection = self.server._websock_server._live_connections.get(client.client_id)
+        if connection is None:  # gone meanwhile
+            return
+        origin = connection.request.headers.get("Origin")
+        if is_loopback(self.server.get_host()) and is_foreign(origin):
+            client.gui.add_markdown(
+                f"Refused: a page of {plain(origin)}, not of this computer; see --host."
+            )
+            return
         self.sessions[client.client_id] = Session(client, self.repertoire, self._first)
         if client.client_id not in self.server.get_clients():  # gone meanwhile
             self._left(client)
