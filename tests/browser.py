@@ -118,10 +118,16 @@ class Page:
 
     def enter(self, slider: str, value: str) -> None:
         """Type a value beside a slider."""
+        self._box(slider).fill(value)
+        self._box(slider).press("Enter")
+
+    def value(self, slider: str) -> str:
+        """What stands beside a slider."""
+        return str(self._box(slider).input_value())
+
+    def _box(self, slider: str) -> Any:
         label = self.page.get_by_text(slider, exact=True)
-        box = label.locator("xpath=following::input[not(@type='hidden')][1]")
-        box.fill(value)
-        box.press("Enter")
+        return label.locator("xpath=following::input[not(@type='hidden')][1]")
 
     def pixels(self) -> FloatArray:
         """The scene as it is seen, (height, width, 3)."""

@@ -201,6 +201,8 @@ def test_at_a_limit_it_stops_and_the_joint_lights_up(browser: Any) -> None:
         assert COLOURS["offending"] not in page.colours("/mechanism/crank2/joint A2")
         np.testing.assert_allclose(page.session.steering.drive.y[0], np.radians(75), atol=1e-5)  # type: ignore[union-attr]
         page.page.get_by_text(re.compile("stopped: A1 is at its limit")).wait_for()
+        page.enter("A1 [deg]", "120")
+        until(lambda: page.value("A1 [deg]") == "75")
 
 
 def test_a_bad_file_shows_its_message_while_the_last_good_one_stays(

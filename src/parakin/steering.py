@@ -114,8 +114,8 @@ class Steering:
                 low, high = (scale * end for end in drive.span(name))
                 step = 10.0 ** math.floor(math.log10((high - low) / 1000))
                 low, high = step * math.floor(low / step), step * math.ceil(high / step)
-                at = min(max(scale * value, low), high)
-                slider = self._page.client.gui.add_slider(f"{name} [{unit}]", low, high, step, at)
+                slider = self._page.client.gui.add_slider(f"{name} [{unit}]", low, high, step, low)
+                slider.value = _on_slider(slider, scale * value)
                 self._page.on(slider.on_update, partial(self._slid, name))
                 self._sliders[name] = slider
 
@@ -239,8 +239,8 @@ class Steering:
         for name, value in zip(self.drive.solver.driven, self.drive.y.tolist(), strict=True):
             if name != but:
                 slider = self._sliders[name]
-                scaled = unit_of(self.drive.solver.graph, name)[1] * value
-                slider.value = min(max(scaled, slider.min), slider.max)
+                scale = unit_of(self.drive.solver.graph, name)[1]
+                slider.value = _on_slider(slider, scale * value)
 
     def _slid(self, name: str) -> None:
         if self.drive is None:
@@ -249,15 +249,18 @@ class Steering:
         assert drive is not None
         graph = drive.solver.graph
         goal = [self._sliders[n].value / unit_of(graph, n)[1] for n in drive.solver.driven]
-        rest = np.abs(goal - drive.y) < 0.5 * np.array(
+        rest = np.abs(goal - drive.y) < 0.501 * np.array(
             [self._sliders[n].step / unit_of(graph, n)[1] for n in drive.solver.driven]
         )  # a slider has its own steps: what nobody moved stays
         self.to(np.where(rest, drive.y, goal))
 
     def to(self, goal: Sequence[float] | FloatArray) -> None:
-        """Drive towards values (k,) [m or rad]."""
+        """Drive towards values (k,) [m or rad]; where it stops, sliders come back to that."""
         assert self.drive is not None
-        self._stand(self.drive.to(goal))
+        stop = self.drive.to(goal)
+        if stop is not None:
+            self._sync()
+        self._stand(stop)
 
     def _stand(self, stop: Stop | None) -> None:
         """Show the driven pose, and why it goes no further."""
@@ -315,3 +318,11 @@ class Steering:
             self._handle.remove()
             self._handle = None
         self._led = False
+
+
+def _on_slider(slider: Any, value: float) -> float:
+    """Where a slider shows a value: at its nearest step."""
+    steps = round((value - slider.min) / slider.step)
+    digits = max(0, -math.floor(math.log10(slider.step)))
+    at = float(round(slider.min + steps * slider.step, digits))
+    return min(max(at, slider.min), slider.max)
