@@ -322,7 +322,7 @@ class Steering:
 
 def _on_slider(slider: Any, value: float) -> float:
     """Where a slider shows a value: at its nearest step."""
-    steps = round((value - slider.min) / slider.step)
-    digits = max(0, -math.floor(math.log10(slider.step)))
-    at = float(round(slider.min + steps * slider.step, digits))
-    return min(max(at, slider.min), slider.max)
+    low, high, step = float(slider.min), float(slider.max), float(slider.step)
+    digits = max(0, -math.floor(math.log10(step)))
+    at = round(low + step * round((value - low) / step), digits)
+    return min(max(at, low), high)
