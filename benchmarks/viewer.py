@@ -5,8 +5,8 @@
 The largest mechanism of the catalogue plays at sixty poses a second: the share of one core that
 Python takes. A slider is moved by a key: how long until the page's own scene has the new pose,
 with the picture drawn by the processor, where there is no graphics card, and with the drawing
-itself left out, as if a card took no time for it. --long plays for ten minutes and tells the
-memory on the way. Nothing else should run.
+itself left out, as if a card took no time for it, and what of it Python takes. --long plays for
+ten minutes and tells the memory on the way. Nothing else should run.
 """
 
 import argparse
@@ -75,6 +75,20 @@ def answers(page: Page, count: int = 40) -> list[float]:
     return found
 
 
+def steps(page: Page, count: int = 40) -> list[float]:
+    """Milliseconds that this process takes for such a step, until the pose is on its way."""
+    steering, found = page.session.steering, []
+    assert steering.drive is not None
+    y = steering.drive.y.copy()
+    for k in range(count):
+        y[2] += 1e-3 if k % 10 < 5 else -1e-3
+        start = time.perf_counter()
+        steering.to(y)
+        found.append(1e3 * (time.perf_counter() - start))
+        page.page.wait_for_timeout(100)
+    return found
+
+
 def _spread(times: list[float]) -> str:
     return f"median {np.median(times):.0f} ms, worst of {len(times)} {max(times):.0f} ms"
 
@@ -109,6 +123,7 @@ def main() -> None:
         browser.add_init_script(_UNDRAWN)
         with viewed(browser, LARGEST) as page:
             table.add_row("the same without the drawing", _spread(answers(page)), "50 ms")
+            table.add_row("Python's part of it", _spread(steps(page)), "")
     console = Console(width=120)
     console.print(machine())
     console.print(table)

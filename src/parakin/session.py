@@ -47,7 +47,7 @@ class Session:
         self._lock = threading.RLock()
         self._wake = threading.Condition(self._lock)
         self._closed = False
-        self._told = ""
+        self._told = self._words = ""
         self._slow = 0.0  # when the page's words were last updated
         with self._lock:
             self._add_controls()
@@ -109,6 +109,7 @@ class Session:
         try:
             act()
         except ParakinError as error:
+            self._state.content = self._words  # and no longer what it was about to do
             self.tell(str(error))
 
     def tell(self, message: str) -> None:
@@ -121,12 +122,11 @@ class Session:
     # What is shown
 
     def _choose(self, name: str) -> None:
-        self._state.content = "loading …"
+        self.say("loading …")
         try:
             shown = self.repertoire.load(name)
         except ParakinError:
             self._mechanism.value = self.shown.name
-            self._state.content = ""
             raise
         self._show(shown)
 
@@ -156,6 +156,7 @@ class Session:
             source = f"  \n{plain(shown.mechanism.source)}" if shown.mechanism.source else ""
             self._title.content = f"**{plain(shown.mechanism.title or shown.name)}**{source}"
             self.take = None
+            self._words = "stands at home"
             self.steering.show(shown)
             self._motion.options = list(shown.motions) or [_STANDS]
             self._motion.value = self._motion.options[0]
@@ -167,7 +168,7 @@ class Session:
         elif shown.solver is not None:
             self.steering.go_home()
         else:
-            self._state.content = "stands at home"
+            self._caption("stands at home")
 
     def _look_at(self) -> None:
         view = self.shown.drawing.view
@@ -181,11 +182,10 @@ class Session:
     def _choose_motion(self, name: str, at: float = 0.0) -> None:
         if name == _STANDS:
             return
-        self._state.content = "solving …"
+        self.say("solving …")
         try:
             take = self.repertoire.play(self.shown, name)
         except ParakinError:
-            self._state.content = "stands as it was"
             if self.take is not None:
                 self._motion.value = self.take.name
             raise
@@ -283,7 +283,7 @@ class Session:
             if slow:
                 self._slider.value = at
                 self._charts.cursor(at)
-                self._state.content = words(standing)
+                self._caption(words(standing))
 
     # Steered
 
@@ -301,7 +301,12 @@ class Session:
         self.tell(self.shown.problem)
         self.scene.place(*poses)
         self.scene.light(standing.lit)
-        self._state.content = words(standing)
+        self._caption(words(standing))
+
+    def _caption(self, text: str) -> None:
+        """What is always in view."""
+        self._words = text
+        self._state.content = text
 
     def close(self) -> None:
         """End the session; its page is gone."""

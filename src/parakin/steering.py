@@ -167,7 +167,7 @@ class Steering:
         self._stand(None)
 
     def _choose_branch(self) -> None:
-        """Stand in another assembly of the same driven values; on home's, walk there."""
+        """Stand in another assembly of the same driven values: found there, or walked to."""
         before, goal = self._label, None if self.drive is None else self.drive.y
         self._label = self._branch.value
         try:
@@ -178,7 +178,7 @@ class Steering:
         drive.home()
         self._page.halt()
         self.drive = drive
-        stop = drive.to(goal) if self._label == HOME and goal is not None else None
+        stop = None if goal is None else drive.to(goal)
         self._sync()
         self._stand(stop)
 
