@@ -286,6 +286,21 @@ def test_a_page_may_close_while_it_plays(browser: Any, monkeypatch: pytest.Monke
             until(lambda: session.poses > at + 10)
 
 
+def test_the_server_ends_at_once_and_closes_all_connections(browser: Any) -> None:
+    with serving(Repertoire("four-bar"), port=0) as viewer:
+        page = Page(browser, viewer)
+        page.press("Play")
+        silent = socket.create_connection(("127.0.0.1", viewer.server.get_port()))
+        until(lambda: page.session.playing)
+        time.sleep(0.2)
+        start = time.monotonic()
+    assert time.monotonic() - start < 4  # it would wait six for the silent one
+    assert silent.recv(1) == b""
+    silent.close()
+    page.page.close()
+    gc.collect()  # what is left open is told
+
+
 def test_without_loop_it_stops_at_the_end(browser: Any) -> None:
     with viewed(browser, "four-bar") as page:
         page.choose("Speed", "4")

@@ -81,11 +81,16 @@ def serving(repertoire: Repertoire, host: str = "127.0.0.1", port: int = 8080) -
 
 
 def _hang_up() -> None:
-    """Drop all connections, those too that a browser opened in advance and never used, for which
-    the server would wait ten seconds. Called in its loop.
+    """Drop the connections that a browser opened in advance and never used, for which the server
+    would wait ten seconds; it closes the others itself. Called in its loop.
     """
+    from websockets.protocol import State
+
     for task in asyncio.all_tasks():
-        if getattr(task.get_coro(), "__name__", "") == "conn_handler":  # of websockets' server
+        handler: Any = task.get_coro()
+        if getattr(handler, "__name__", "") != "conn_handler":  # of websockets' server
+            continue
+        if handler.cr_frame.f_locals["connection"].protocol.state is State.CONNECTING:
             task.cancel()
 
 
