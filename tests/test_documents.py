@@ -43,6 +43,13 @@ def test_the_readmes_first_command_leaves_a_table_and_a_figure(tmp_path: Path) -
     assert (tmp_path / "general.png").read_bytes()[:4] == b"\x89PNG"
 
 
+@pytest.fixture
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder for what examples write."""
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.usefixtures("elsewhere")
 def test_the_readmes_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
     for code in blocks("README.md", "python"):
         exec(compile(code, "README.md", "exec"), {})
@@ -51,14 +58,17 @@ def test_the_readmes_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
     assert "converged" in said
 
 
+@pytest.mark.usefixtures("elsewhere")
 def test_the_guides_python_runs() -> None:
     names: dict[str, object] = {}
     for code in blocks("docs/guide.md", "python"):
         if "last.position" in code:
             names["last"] = parakin.compile("flight-simulator").at([1.85, 1.1, 0.0])
         exec(compile(code, "guide.md", "exec"), names)
+    assert Path("delta.html").stat().st_size > 100_000
 
 
+@pytest.mark.usefixtures("elsewhere")
 def test_the_mechanism_of_the_file_format_is_the_one_in_python(tmp_path: Path) -> None:
     text = blocks("docs/mechanism-files.md", "toml")[0]
     path = tmp_path / "slider-crank.toml"
