@@ -133,7 +133,7 @@ def test_the_handle_leads_the_platform(simulator: Page) -> None:
     until(lambda: simulator.session.steering.drive is not None)
     simulator.page.wait_for_function("window.__viserMutable.nodeRefFromName['/handle']")
     before = simulator.session.steering.drive.y.copy()  # type: ignore[union-attr]
-    x, y = _at_rest(simulator, 0.14 * simulator.session.scene.drawing.size)
+    x, y = _at_rest(simulator, 0.14 * simulator.session.scene.drawing.layout.size)
     mouse = simulator.page.mouse
     mouse.move(x, y)
     mouse.down()

@@ -46,13 +46,13 @@ def _frames(axes: Axes, sheet: Sheet) -> None:
     origin = sheet.flat(np.zeros(3))[0]
     if sheet.holds(origin):
         _frame(axes, sheet, np.eye(3), origin, "", FIXED, _AXIS)
-    number = drawing.graph.platform
+    number = drawing.layout.graph.platform
     if number is None:
         return
-    joint = drawing.graph.joints[number]
-    R, _ = drawing.poses[joint.child]
-    place = drawing.world(joint.child, np.array(joint.M.p, dtype=float))[0]
-    if np.linalg.norm(place) < 1e-6 * drawing.size and np.allclose(R, np.eye(3)):
+    joint = drawing.layout.graph.joints[number]
+    R, _ = drawing.layout.poses[joint.child]
+    place = drawing.layout.world(joint.child, np.array(joint.M.p, dtype=float))[0]
+    if np.linalg.norm(place) < 1e-6 * drawing.layout.size and np.allclose(R, np.eye(3)):
         return
     _frame(axes, sheet, R, sheet.flat(place)[0], "′", PLATFORM, 0.8 * _AXIS)
 
@@ -86,7 +86,7 @@ def _frame(
 
 def _points(axes: Axes, sheet: Sheet) -> None:
     """Named points, unless a joint of that name stands there."""
-    graph = sheet.drawing.graph
+    graph = sheet.drawing.layout.graph
     joints = {joint.name for joint in graph.joints}
     for full, (body, p) in graph.points.items():
         name = full.rpartition(".")[2]
@@ -100,10 +100,10 @@ def _points(axes: Axes, sheet: Sheet) -> None:
 def _names(sheet: Sheet) -> None:
     """Names of the base, the platform and, in a mechanism of few bodies, every link."""
     drawing = sheet.drawing
-    number = drawing.graph.platform
-    platform = -1 if number is None else drawing.graph.joints[number].child
-    few = len(drawing.graph.bodies) <= 8
-    for body, name in enumerate(drawing.graph.bodies):
+    number = drawing.layout.graph.platform
+    platform = -1 if number is None else drawing.layout.graph.joints[number].child
+    few = len(drawing.layout.graph.bodies) <= 8
+    for body, name in enumerate(drawing.layout.graph.bodies):
         if body == 0 or not (few or body == platform):
             continue
         own = [p for p in drawing.pieces if p.body == body and p.joint is None]
@@ -161,7 +161,7 @@ def _dimension(axes: Axes, sheet: Sheet, ends: FloatArray, line: FloatArray, nam
 
 
 def _letter(axes: Axes, sheet: Sheet) -> None:
-    size = 8.0 if len(sheet.drawing.graph.joints) <= MANY else 6.5
+    size = 8.0 if len(sheet.drawing.layout.graph.joints) <= MANY else 6.5
     labels = [label if label.size else label._replace(size=size) for label in sheet.labels]
     for label, at in placed(labels, sheet.taken, (WIDTH, sheet.height)):
         if np.linalg.norm(at - label.at) > label.clear + 16:

@@ -57,7 +57,7 @@ def lengths(drawing: Drawing) -> dict[str, list[Length]]:
     A pair counts whose distance also follows a change of the parameter: others are equal by
     chance.
     """
-    graph = drawing.graph
+    graph = drawing.layout.graph
     pairs = list(_pairs(graph))
     apart = np.array([_distance(graph, pair) for pair in pairs])
     found: dict[str, list[Length]] = {}
@@ -76,7 +76,7 @@ def lengths(drawing: Drawing) -> dict[str, list[Length]]:
         ]
         if follows:
             found[name] = [
-                Length(name, *(drawing.world(p.body, _place(graph, p))[0] for p in pair))
+                Length(name, *(drawing.layout.world(p.body, _place(graph, p))[0] for p in pair))
                 for pair in follows
             ]
     return found

@@ -75,9 +75,9 @@ def poses(drawing: Drawing, ds: xr.Dataset) -> tuple[FloatArray, FloatArray]:
     from scipy.spatial.transform import Rotation
 
     n, places = ds.sizes["time"], {name: k for k, name in enumerate(ds["body"].values.tolist())}
-    R = np.tile(np.eye(3), (n, len(drawing.poses), 1, 1))
-    p = np.zeros((n, len(drawing.poses), 3))
-    for body, name in enumerate(drawing.graph.bodies):
+    R = np.tile(np.eye(3), (n, len(drawing.layout.poses), 1, 1))
+    p = np.zeros((n, len(drawing.layout.poses), 3))
+    for body, name in enumerate(drawing.layout.graph.bodies):
         if name in places:
             p[:, body] = ds["body_position"].values[:, places[name]]
             turn = ds["body_orientation"].values[:, places[name]]
@@ -149,7 +149,7 @@ def images(
 
 def _traced(drawing: Drawing, R: FloatArray, p: FloatArray) -> FloatArray:
     """Where the platform's point is (n, 3), or the first point named on a link; maybe nowhere."""
-    graph = drawing.graph
+    graph = drawing.layout.graph
     if graph.platform is not None:
         joint = graph.joints[graph.platform]
         body, place = joint.child, np.array(joint.M.p, dtype=float)

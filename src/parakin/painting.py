@@ -47,17 +47,17 @@ class Painter:
             (p.body, p.form, drawing.colour(p)) for p in drawing.pieces
         ]
         for k, rod in enumerate(drawing.rods):
-            R, p = drawing.poses[rod.parent]
-            there = drawing.world(rod.child, rod.end)[0]
+            R, p = drawing.layout.poses[rod.parent]
+            there = drawing.layout.world(rod.child, rod.end)[0]
             along = float(np.linalg.norm(there - (R @ rod.start + p)))
             bar = Bar(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, along]]), rod.radius)
-            pieces.append((len(drawing.poses) + k, bar, (150, 158, 168)))
+            pieces.append((len(drawing.layout.poses) + k, bar, (150, 158, 168)))
         for body, form, colour in pieces:
             solid = mesh(form, _SIDES)
-            small = _divided(solid.vertices[solid.faces], _LONG * drawing.size)
+            small = _divided(solid.vertices[solid.faces], _LONG * drawing.layout.size)
             triangles.append(small)
             bodies.append(np.full(len(small), body))
-            behind.append(np.full(len(small), drawing.radius * farther.get(id(form), 0.0)))
+            behind.append(np.full(len(small), drawing.layout.radius * farther.get(id(form), 0.0)))
             colours.append(np.tile(np.array(colour) / 255, (len(small), 1)))
         return cls(
             drawing,
@@ -132,8 +132,8 @@ def picture(drawing: Drawing) -> Figure:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(5, 5), layout="constrained")
-    R = np.array([pose[0] for pose in drawing.poses])
-    p = np.array([pose[1] for pose in drawing.poses])
+    R = np.array([pose[0] for pose in drawing.layout.poses])
+    p = np.array([pose[1] for pose in drawing.layout.poses])
     Painter.of(drawing).paint(figure.subplots(), R, p)
     return figure
 

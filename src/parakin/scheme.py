@@ -133,7 +133,7 @@ def _skeleton(axes: Axes, sheet: Sheet) -> None:
             draw_line(axes, points, 0.8, FIXED, 0.6, "--")
         else:
             draw_line(axes, points, 1.9, INK, 2)
-    for body, p in sheet.drawing.graph.points.values():
+    for body, p in sheet.drawing.layout.graph.points.values():
         _point_line(axes, sheet, body, sheet.at(body, np.array(p, dtype=float))[0])
     for rod in sheet.drawing.rods:
         start, end = sheet.at(rod.parent, rod.start), sheet.at(rod.child, rod.end)
@@ -164,7 +164,7 @@ def _point_line(axes: Axes, sheet: Sheet, body: int, at: FloatArray) -> None:
 
 def _joint(axes: Axes, sheet: Sheet, number: int) -> None:
     """The symbol of a joint, its first stroke named after its kind and number in the drawing."""
-    graph, sight, s = sheet.drawing.graph, sheet.sight, sheet.s
+    graph, sight, s = sheet.drawing.layout.graph, sheet.sight, sheet.s
     joint = graph.joints[number]
     pieces = [p for p in sheet.drawing.pieces if p.joint == number]
     if joint.name == "platform" or not pieces:
@@ -172,8 +172,8 @@ def _joint(axes: Axes, sheet: Sheet, number: int) -> None:
     if joint.kind == "rod":
         _rod(axes, sheet, number)
         return
-    place = sheet.drawing.world(pieces[0].body, outline_of(pieces[0])).mean(axis=0)
-    at, axis = sheet.flat(place)[0], sheet.drawing.axis(joint)
+    place = sheet.drawing.layout.world(pieces[0].body, outline_of(pieces[0])).mean(axis=0)
+    at, axis = sheet.flat(place)[0], sheet.drawing.layout.axis(joint)
     child = _away(sheet.drawing, joint.child, place)
     strokes: list[Stroke] = []
     half = 1.9 * s
@@ -181,7 +181,7 @@ def _joint(axes: Axes, sheet: Sheet, number: int) -> None:
         strokes = symbols.sleeve(sight, at, axis, 1.25 * s, 0.85 * s)
         extra = symbols.axis_line(sight, at, axis, 2.6 * s)
     elif joint.kind == "universal":
-        second = sheet.drawing.poses[joint.child][0] @ np.array(joint.M.R, dtype=float)[:, 2]
+        second = sheet.drawing.layout.poses[joint.child][0] @ np.array(joint.M.R, dtype=float)[:, 2]
         strokes, extra = symbols.cross(sight, at, (axis, second), child, s), []
     elif joint.kind == "spherical":
         strokes, extra = symbols.ball(at, sight.flat(child), s), []
@@ -235,15 +235,15 @@ def _rod(axes: Axes, sheet: Sheet, number: int) -> None:
         for j, stroke in enumerate(symbols.ball(at, way, r)):
             draw_stroke(axes, stroke, INK, "white", 3.2, "" if j or k else name, 0.9)
             sheet.taken.line(stroke.points)
-    text = sheet.drawing.graph.joints[number].name
+    text = sheet.drawing.layout.graph.joints[number].name
     sheet.labels.append(Label(text, (start + end) / 2, 4.0, INK))
 
 
 def _away(drawing: Drawing, body: int, place: FloatArray) -> FloatArray:
     """From a joint's place towards the rest of a body."""
-    own = [drawing.world(body, outline_of(p)) for p in drawing.pieces if p.body == body]
+    own = [drawing.layout.world(body, outline_of(p)) for p in drawing.pieces if p.body == body]
     own += [
-        drawing.world(body, r.end if r.child == body else r.start)
+        drawing.layout.world(body, r.end if r.child == body else r.start)
         for r in drawing.rods
         if body in (r.parent, r.child)
     ]
@@ -265,7 +265,7 @@ def _drive(
     axes: Axes, sheet: Sheet, number: int, at: FloatArray, axis: FloatArray, half: float
 ) -> None:
     """The arrow of a driven joint: straight beside a slide, round about a turn."""
-    joint, s = sheet.drawing.graph.joints[number], sheet.s
+    joint, s = sheet.drawing.layout.graph.joints[number], sheet.s
     if joint.kind in _SLIDES:
         along = sheet.sight.flat(axis)
         size = float(np.linalg.norm(along))

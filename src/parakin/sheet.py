@@ -54,21 +54,27 @@ class Sheet:
         """A sheet on which the whole mechanism has room, with a margin for labels."""
         sight = sight_of(drawing)
         forms = [(p.body, outline_of(p)) for p in drawing.pieces]
-        places = [drawing.world(body, points) for body, points in forms]
-        places += [drawing.world(b, np.array(p)) for b, p in drawing.graph.points.values()]
-        places += [drawing.world(0, np.zeros(3))] if drawing.graph.platform is not None else []
+        places = [drawing.layout.world(body, points) for body, points in forms]
+        places += [
+            drawing.layout.world(b, np.array(p)) for b, p in drawing.layout.graph.points.values()
+        ]
+        places += (
+            [drawing.layout.world(0, np.zeros(3))]
+            if drawing.layout.graph.platform is not None
+            else []
+        )
         flat = sight.flat(np.concatenate(places or [np.zeros((1, 3))]))
         low, high = flat.min(axis=0), flat.max(axis=0)
-        span = np.maximum(high - low, 0.05 * drawing.size)
+        span = np.maximum(high - low, 0.05 * drawing.layout.size)
         scale = float(min((np.array([WIDTH, TALLEST]) - 2 * _MARGIN) / span))
         height = float(scale * span[1]) + 2 * _MARGIN
         corner = np.array([WIDTH, height]) / 2 - scale * (low + high) / 2
-        s = _SYMBOL if len(drawing.graph.joints) <= MANY else _SMALL
+        s = _SYMBOL if len(drawing.layout.graph.joints) <= MANY else _SMALL
         return cls(drawing, sight, scale, corner, height, s)
 
     def at(self, body: int, points: FloatArray) -> FloatArray:
         """Places (n, 3) on a body [m], on the sheet (n, 2) [pt]."""
-        return self.flat(self.drawing.world(body, points))
+        return self.flat(self.drawing.layout.world(body, points))
 
     def flat(self, places: FloatArray) -> FloatArray:
         """Places (n, 3) at home [m], on the sheet (n, 2) [pt]."""
@@ -81,7 +87,7 @@ class Sheet:
 
 def sight_of(drawing: Drawing) -> Sight:
     """Along the common axis of a planar mechanism, else as other pictures of it are seen."""
-    up, eye, axis = drawing.view.up, drawing.view.eye, drawing.plane_axis
+    up, eye, axis = drawing.view.up, drawing.view.eye, drawing.layout.plane_axis
     if axis is not None:
         eye = axis if axis[int(np.argmax(np.abs(axis)))] > 0 else -axis
         up = up if abs(eye @ up) < 0.5 else np.roll(up, -1)  # seen from above: y up, x right

@@ -304,7 +304,7 @@ class Steering:
             return
         if self._handle is None:
             assert self._shown is not None
-            size = 0.16 * self._shown.drawing.size
+            size = 0.16 * self._shown.drawing.layout.size
             handle = self._page.client.scene.add_transform_controls(
                 "/handle", size, depth_test=False, position=pose[0], wxyz=pose[1]
             )
