@@ -257,12 +257,14 @@ def _solve(options: argparse.Namespace) -> int:
     motion = solver.motion(
         options.motion, rate=options.rate, smoothing=options.smooth, max_gap=options.max_gap
     )
-    # The first result of a process pays for imports, which the time told should not.
-    next(solver.stream(dataclasses.replace(motion, count=min(motion.count, 2))), None)
     animated = options.animate is not None
+    bodies = options.bodies or animated
+    # The first result of a process pays for imports and compiling, which the time told should not.
+    first = dataclasses.replace(motion, count=min(motion.count, 2))
+    next(solver.stream(first, bodies=bodies), None)
     run = _Run(motion.count, options.plot is not None or options.singularities or animated)
     windows = run.watched(
-        solver.stream(motion, _WINDOW, bodies=options.bodies or animated, parallel=True),
+        solver.stream(motion, _WINDOW, bodies=bodies, parallel=True),
         _console(stderr=True),
     )
     if animated and not options.bodies:  # the film's alone
