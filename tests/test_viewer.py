@@ -199,6 +199,28 @@ def test_another_branch_is_searched_and_driven(browser: Any) -> None:
         assert page.said == []
 
 
+def test_far_from_home_sliders_reach_to_where_it_stands(browser: Any) -> None:
+    with viewed(browser, "flight-simulator") as page:
+        steering = page.session.steering
+        page.tab("Drive")
+        page.press("Home")
+        until(lambda: steering.drive is not None)
+        page.press("Search for branches here")
+        page.page.get_by_text(re.compile("16 distinct among [0-9,]+ assemblies")).wait_for()
+        page.choose("Branch", "2 of 16")
+        page.page.get_by_text(re.compile("branch 2 of 16")).wait_for()
+        page.choose("Kinematics", "forward")
+        until(lambda: steering.drive is not None and "A2" in steering.drive.solver.driven)
+        assert steering.drive is not None
+        y = steering.drive.y.copy()
+        until(lambda: page.value("A2 [mm]") == f"{1e3 * y[0]:.0f}")
+        assert y[0] < -2.0
+        page.enter("B3 [mm]", "5")
+        until(lambda: abs(steering.drive.y[1] - 0.005) < 1e-12)  # type: ignore[union-attr]
+        assert steering.drive.y[0] == y[0]
+        assert steering.drive.y[2] == y[2]
+
+
 def test_at_a_limit_it_stops_and_the_joint_lights_up(browser: Any) -> None:
     with viewed(browser, "seat-2dof") as page:
         page.tab("Drive")

@@ -9,8 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, Protocol
 
-import numpy as np
-
 from parakin.captions import HOME, Standing, branch_words, plain, unit_of
 from parakin.drive import Drive, Stop, choices, driven_by
 from parakin.errors import ParakinError
@@ -46,6 +44,7 @@ class Steering:
         self.drive: Drive | None = None
         self._shown: Shown | None = None
         self._sliders: dict[str, Any] = {}
+        self._spans: dict[str, tuple[float, float]] = {}  # of the sliders [m or rad]
         self._choices: dict[str, tuple[str, ...]] = {}
         self._set = ""  # which of the choices is driven
         self._label = HOME  # and on which branch
@@ -89,7 +88,7 @@ class Steering:
             *(self._here, self._home, self._handled),
         ):
             control.visible = bool(self._choices)
-        self._add_sliders()
+        self._fit_sliders(self._chosen() if self._choices else None)
 
     def _chosen(self) -> Drive:
         """The drive of the set and branch that are chosen; compiled when first asked for."""
@@ -101,23 +100,33 @@ class Steering:
             self._drives[key] = driven_by(self._shown.mechanism, self._choices[self._set], near)
         return self._drives[key]
 
-    def _add_sliders(self) -> None:
-        for slider in self._sliders.values():
-            slider.remove()
-        self._sliders.clear()
-        if not self._choices:
-            return
-        drive = self._chosen()
-        with self._tab:
+    def _fit_sliders(self, drive: Drive | None) -> None:
+        """Sliders over what is worth asking for, and where it stands; made anew if others."""
+        spans: dict[str, tuple[float, float]] = {}
+        if drive is not None:
             for name, value in zip(drive.solver.driven, drive.y.tolist(), strict=True):
+                low, high = drive.span(name)
+                spans[name] = min(low, value), max(high, value)
+        if spans != self._spans:
+            self._spans = spans
+            for slider in self._sliders.values():
+                slider.remove()
+            self._sliders.clear()
+        if drive is None:
+            return
+        for name, span in spans.items():
+            if name not in self._sliders:
                 unit, scale = unit_of(drive.solver.graph, name)
-                low, high = (scale * end for end in drive.span(name))
-                step = 10.0 ** math.floor(math.log10((high - low) / 1000))
-                low, high = step * math.floor(low / step), step * math.ceil(high / step)
-                slider = self._page.client.gui.add_slider(f"{name} [{unit}]", low, high, step, low)
-                slider.value = _on_slider(slider, scale * value)
+                step = 10.0 ** math.floor(math.log10(scale * (span[1] - span[0]) / 1000))
+                low = step * math.floor(scale * span[0] / step)
+                high = step * math.ceil(scale * span[1] / step)
+                with self._tab:
+                    slider = self._page.client.gui.add_slider(
+                        f"{name} [{unit}]", low, high, step, low
+                    )
                 self._page.on(slider.on_update, partial(self._slid, name))
                 self._sliders[name] = slider
+        self._sync(drive)
 
     def _switch(self) -> None:
         """Drive the other set, from where the mechanism stands."""
@@ -130,7 +139,6 @@ class Steering:
             self._which.value = self._set
             raise
         self._forget_branches()
-        self._add_sliders()
         self._enter(values)
 
     # Branches
@@ -179,7 +187,7 @@ class Steering:
         self._page.halt()
         self.drive = drive
         stop = None if goal is None else drive.to(goal)
-        self._sync()
+        self._fit_sliders(drive)
         self._stand(stop)
 
     # Where it stands
@@ -189,7 +197,7 @@ class Steering:
         return self.drive.values if self.drive is not None else self._page.halt()
 
     def _enter(self, values: Mapping[str, float] | None, *, but: str = "") -> None:
-        """Start driving from a pose, or home; sliders go there, `but` one."""
+        """Start driving from a pose, or home; sliders go there, `but` the one that is held."""
         self._page.halt()
         drive = self._chosen()
         if values is None:
@@ -197,7 +205,10 @@ class Steering:
         elif not drive.from_pose(values):
             drive = self._elsewhere(values)
         self.drive = drive
-        self._sync(but)
+        if but:
+            self._sync(drive, but)
+        else:
+            self._fit_sliders(drive)
         self._stand(None)
 
     def _elsewhere(self, values: Mapping[str, float]) -> Drive:
@@ -233,33 +244,29 @@ class Steering:
             self._label = self._branch.value = HOME
             self._drop_handle()
 
-    def _sync(self, but: str = "") -> None:
+    def _sync(self, drive: Drive, but: str = "") -> None:
         """Sliders to where the mechanism stands."""
-        assert self.drive is not None
-        for name, value in zip(self.drive.solver.driven, self.drive.y.tolist(), strict=True):
+        for name, value in zip(drive.solver.driven, drive.y.tolist(), strict=True):
             if name != but:
                 slider = self._sliders[name]
-                scale = unit_of(self.drive.solver.graph, name)[1]
-                slider.value = _on_slider(slider, scale * value)
+                slider.value = _on_slider(slider, unit_of(drive.solver.graph, name)[1] * value)
 
     def _slid(self, name: str) -> None:
         if self.drive is None:
             self._enter(self._values(), but=name)
         drive = self.drive
         assert drive is not None
-        graph = drive.solver.graph
-        goal = [self._sliders[n].value / unit_of(graph, n)[1] for n in drive.solver.driven]
-        rest = np.abs(goal - drive.y) < 0.501 * np.array(
-            [self._sliders[n].step / unit_of(graph, n)[1] for n in drive.solver.driven]
-        )  # a slider has its own steps: what nobody moved stays
-        self.to(np.where(rest, drive.y, goal))
+        goal = drive.y.copy()  # a slider has its own steps: what nobody moved stays
+        scale = unit_of(drive.solver.graph, name)[1]
+        goal[drive.solver.driven.index(name)] = self._sliders[name].value / scale
+        self.to(goal)
 
     def to(self, goal: Sequence[float] | FloatArray) -> None:
         """Drive towards values (k,) [m or rad]; where it stops, sliders come back to that."""
         assert self.drive is not None
         stop = self.drive.to(goal)
         if stop is not None:
-            self._sync()
+            self._sync(self.drive)
         self._stand(stop)
 
     def _stand(self, stop: Stop | None) -> None:
@@ -291,7 +298,7 @@ class Steering:
         if self.drive is None or self._handle is None:
             return
         stop = self.drive.to(self.drive.led(self._handle.position, self._handle.wxyz))
-        self._sync()
+        self._sync(self.drive)
         self._stand(stop)
 
     def _place_handle(self) -> None:
