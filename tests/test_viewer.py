@@ -186,6 +186,9 @@ def test_another_branch_is_searched_and_driven(browser: Any) -> None:
         page.enter("platform.x [mm]", "20")
         y[0] = 0.02
         _agree(page, *other.poses(y, other.at(y)))
+        page.press("Search for branches here")  # numbered anew, from here
+        page.page.get_by_text(re.compile("branch [234] of 4")).wait_for()
+        _agree(page, *other.poses(y, other.at(y)))
         page.choose("Kinematics", "forward")  # from where it stands, on its assembly mode
         page.page.get_by_text(re.compile("driven by hand, forward")).wait_for()
         _agree(page, *other.poses(y, other.at(y)))

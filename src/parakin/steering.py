@@ -162,13 +162,16 @@ class Steering:
         values = dict(zip(drive.solver.driven, drive.y.tolist(), strict=True))
         search = drive.solver.branches(values)
         here = drive.nearest([branch.coordinates for branch in search.branches], search.told_by)
-        self._found = {} if self._label == HOME else {self._label: self._found[self._label]}
-        for k, branch in enumerate(search.branches):
+        labels = [branch_words(k, search) for k in range(len(search.branches))]
+        if self._label != HOME:  # numbers are new with every search
+            self._label = _ELSEWHERE if here is None else labels[here]
+        self._drives = {key: kept for key, kept in self._drives.items() if key[1] == HOME}
+        self._drives[self._set, self._label] = drive
+        self._found = {} if self._label == HOME else {self._label: drive.values}
+        for k, (label, branch) in enumerate(zip(labels, search.branches, strict=True)):
             if k != here:
-                self._found[branch_words(k, search)] = branch.coordinates
-        kept = {key: d for key, d in self._drives.items() if key[1] in (HOME, self._label)}
-        self._drives = kept
-        self._branch.options = list(dict.fromkeys([HOME, *self._found]))
+                self._found[label] = branch.coordinates
+        self._branch.options = [HOME, *self._found]
         self._branch.value = self._label
         self._result.content = plain(search.summary)
         self._result.visible = True
