@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from parakin.compiler import compile as compile_mechanism
 from parakin.errors import InputError, ParakinError
+from parakin.freedom import freedom_at, outputs_of
 from parakin.mechanism import Mechanism
-from parakin.singularities import freedom_at, outputs_of
 from parakin.solver import Solver, Tick
 from parakin.tracking import FloatArray, Status
 
