@@ -186,8 +186,15 @@ def test_another_branch_is_searched_and_driven(browser: Any) -> None:
         page.enter("platform.x [mm]", "20")
         y[0] = 0.02
         _agree(page, *other.poses(y, other.at(y)))
-        page.press("Search for branches here")  # numbered anew, from here
+        found = steering._found
+        page.press("Search for branches here")  # of these driven values
+        until(lambda: steering._found is not found)
         page.page.get_by_text(re.compile("branch [234] of 4")).wait_for()
+        page.page.get_by_role("combobox", name="Branch").click()
+        page.page.get_by_role("option", name="4 of 4").wait_for()
+        options = page.page.get_by_role("option").filter(visible=True).all_inner_texts()
+        assert options == ["that of home", "2 of 4", "3 of 4", "4 of 4"]
+        page.page.keyboard.press("Escape")
         _agree(page, *other.poses(y, other.at(y)))
         page.choose("Kinematics", "forward")  # from where it stands, on its assembly mode
         page.page.get_by_text(re.compile("driven by hand, forward")).wait_for()

@@ -160,17 +160,22 @@ class Steering:
         assert drive is not None
         self._page.say("searching …")
         values = dict(zip(drive.solver.driven, drive.y.tolist(), strict=True))
-        search = drive.solver.branches(values)
-        here = drive.nearest([branch.coordinates for branch in search.branches], search.told_by)
-        labels = [branch_words(k, search) for k in range(len(search.branches))]
+        own = self._drives[self._set, HOME]
+        search = own.solver.branches(values)  # numbered from the mechanism's home
+        poses = [branch.coordinates for branch in search.branches]
+        labels = [branch_words(k, search) for k in range(len(poses))]
+        here = home = drive.nearest(poses, search.told_by)
         if self._label != HOME:  # numbers are new with every search
             self._label = _ELSEWHERE if here is None else labels[here]
+            own.home()
+            home = own.nearest(poses, search.told_by) if own.to(drive.y) is None else None
         self._drives = {key: kept for key, kept in self._drives.items() if key[1] == HOME}
         self._drives[self._set, self._label] = drive
-        self._found = {} if self._label == HOME else {self._label: drive.values}
-        for k, (label, branch) in enumerate(zip(labels, search.branches, strict=True)):
-            if k != here:
-                self._found[label] = branch.coordinates
+        self._found = dict(zip(labels, poses, strict=True))
+        if home is not None:
+            del self._found[labels[home]]
+        if self._label != HOME:
+            self._found[self._label] = drive.values
         self._branch.options = [HOME, *self._found]
         self._branch.value = self._label
         self._result.content = plain(search.summary)
