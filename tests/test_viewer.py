@@ -85,6 +85,20 @@ def test_bodies_stand_where_the_solver_says(simulator: Page) -> None:
         _agree(simulator, position, wxyz)
 
 
+def _drive_from_home(page: Page) -> None:
+    page.tab("Drive")
+    page.press("Home")
+    until(lambda: page.session.steering.drive is not None)
+
+
+def _stand_on_the_second_branch(page: Page, of: int) -> None:
+    _drive_from_home(page)
+    page.press("Search for branches here")
+    page.page.get_by_text(re.compile(f"{of} distinct among [0-9,]+ assemblies")).wait_for()
+    page.choose("Branch", f"2 of {of}")
+    page.page.get_by_text(re.compile(f"branch 2 of {of}")).wait_for()
+
+
 def _agree(page: Page, position: np.ndarray, wxyz: np.ndarray) -> None:
     """The page's scene comes to these poses, within what single precision tells."""
 
@@ -97,9 +111,7 @@ def _agree(page: Page, position: np.ndarray, wxyz: np.ndarray) -> None:
 
 
 def test_a_slider_moves_it(simulator: Page) -> None:
-    simulator.tab("Drive")
-    simulator.press("Home")
-    until(lambda: simulator.session.steering.drive is not None)
+    _drive_from_home(simulator)
     simulator.enter("platform.y [mm]", "1200")
     solver = parakin.compile("flight-simulator")
     y = np.array([solver.home[name] for name in solver.driven])
@@ -110,9 +122,7 @@ def test_a_slider_moves_it(simulator: Page) -> None:
 
 
 def test_forward_drives_the_actuators_from_where_it_stands(simulator: Page) -> None:
-    simulator.tab("Drive")
-    simulator.press("Home")
-    until(lambda: simulator.session.steering.drive is not None)
+    _drive_from_home(simulator)
     simulator.choose("Kinematics", "forward")
     until(
         lambda: (
@@ -128,9 +138,7 @@ def test_forward_drives_the_actuators_from_where_it_stands(simulator: Page) -> N
 
 
 def test_the_handle_leads_the_platform(simulator: Page) -> None:
-    simulator.tab("Drive")
-    simulator.press("Home")
-    until(lambda: simulator.session.steering.drive is not None)
+    _drive_from_home(simulator)
     simulator.page.wait_for_function("window.__viserMutable.nodeRefFromName['/handle']")
     before = simulator.session.steering.drive.y.copy()  # type: ignore[union-attr]
     x, y = _at_rest(simulator, 0.14 * simulator.session.scene.drawing.layout.size)
@@ -173,13 +181,7 @@ _ON_SCREEN = """size => {
 def test_another_branch_is_searched_and_driven(browser: Any) -> None:
     with viewed(browser, "five-bar") as page:
         steering = page.session.steering
-        page.tab("Drive")
-        page.press("Home")
-        until(lambda: steering.drive is not None)
-        page.press("Search for branches here")
-        page.page.get_by_text(re.compile("4 distinct among [0-9,]+ assemblies")).wait_for()
-        page.choose("Branch", "2 of 4")
-        page.page.get_by_text(re.compile("branch 2 of 4")).wait_for()
+        _stand_on_the_second_branch(page, of=4)
         other = parakin.compile("five-bar", near="2", coordinates="all")
         y = np.array([other.home[name] for name in other.driven])
         _agree(page, *other.poses(y, other.at(y)))
@@ -212,13 +214,7 @@ def test_another_branch_is_searched_and_driven(browser: Any) -> None:
 def test_far_from_home_sliders_reach_to_where_it_stands(browser: Any) -> None:
     with viewed(browser, "flight-simulator") as page:
         steering = page.session.steering
-        page.tab("Drive")
-        page.press("Home")
-        until(lambda: steering.drive is not None)
-        page.press("Search for branches here")
-        page.page.get_by_text(re.compile("16 distinct among [0-9,]+ assemblies")).wait_for()
-        page.choose("Branch", "2 of 16")
-        page.page.get_by_text(re.compile("branch 2 of 16")).wait_for()
+        _stand_on_the_second_branch(page, of=16)
         page.choose("Kinematics", "forward")
         until(lambda: steering.drive is not None and "A2" in steering.drive.solver.driven)
         assert steering.drive is not None

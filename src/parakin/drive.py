@@ -230,14 +230,14 @@ class Drive:
 
     def blame(self, status: Status) -> Stop:
         """What would go free at the pose where it stands, were it any nearer to where it stops."""
+        if float(self.tick.conditioning) > _FIRM:
+            return Stop(status, status.words, frozenset())
         graph, plan = self.solver.graph, self.solver.plan
         q = np.array(plan.home, dtype=float)
         for name, value in self.values.items():
             if name not in graph.cones:
                 k = graph.index(name, "coordinates")
                 q[k] = value + plan.offset(k)
-        if float(self.tick.conditioning) > _FIRM:
-            return Stop(status, status.words, frozenset())
         try:
             freedom = freedom_at(self.solver, q)
         except (ParakinError, np.linalg.LinAlgError):

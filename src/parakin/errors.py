@@ -52,8 +52,10 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return f"one of: {', '.join(names[:_NAMES])}{', ...' if len(names) > _NAMES else ''}{hint}"
 
 
-def reason(error: OSError) -> str:
-    """What the system says, in small letters and without its number."""
+def reason(error: Exception) -> str:
+    """What the system says, in small letters and without its number; other errors' own words."""
+    if not isinstance(error, OSError):
+        return str(error)
     if error.errno is not None and error.errno in errno.errorcode:
         # Libraries add words of their own to `strerror`.
         return os.strerror(error.errno).lower()

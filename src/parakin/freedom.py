@@ -150,9 +150,6 @@ def freedom(solver: Solver, sets: Sets | None, q: FloatArray, rank: int, best: f
     free = motions @ right[-1]
     firm = float(held[-1]) if motions.shape[1] == len(held) else 0.0
     free[list(plan.driven)] = 0.0  # or nearly so
-    if sets is None:
-        words = f"{moving(graph, free, range(len(free)))} with the driven coordinates locked"
-        return Freedom("driven", words, free, firm)
     return Freedom(*_judged(graph, sets, free, q, constraint=lost_rank), free, firm)
 
 
@@ -180,32 +177,27 @@ def _spread(graph: Graph, q: FloatArray) -> float:
 
 
 def _judged(
-    graph: Graph, sets: Sets, free: FloatArray, q: FloatArray, *, constraint: bool
+    graph: Graph, sets: Sets | None, free: FloatArray, q: FloatArray, *, constraint: bool
 ) -> tuple[Kind, str]:
     """Which kind: by what moves while the driven coordinates rest."""
+    every = moving(graph, free, range(len(free)))
+    locked = f"{every} with the driven coordinates locked"
+    if sets is None:
+        return "driven", locked
     still = _STILL * float(np.abs(free).max())
+    if constraint:
+        whole = sets._replace(outputs=sets.pose or sets.outputs)
+        carried = bool((np.abs(free[whole.outputs]) > still).any())
+        loose = _outputs(graph, whole, free, q) if carried else every
+        return "constraint", f"{loose}, whatever is driven"
     rest = [bool((np.abs(free[part]) < still).all()) for part in (sets.actuated, sets.outputs)]
-    kind: Kind = "constraint"
-    if not constraint:
-        kinds: dict[tuple[bool, bool], Kind] = {
-            (True, True): "passive",
-            (True, False): "type 2",
-            (False, True): "type 1",
-            (False, False): "driven",
-        }
-        kind = kinds[rest[0], rest[1]]
-    every = range(len(graph.coordinates))
-    whole = sets._replace(outputs=sets.pose or sets.outputs)
-    carried = bool((np.abs(free[whole.outputs]) > still).any())
-    loose = _outputs(graph, whole, free, q) if carried else moving(graph, free, every)
-    words = {
-        "constraint": lambda: f"{loose}, whatever is driven",
-        "passive": lambda: f"{moving(graph, free, every)} while all else rests",
-        "type 2": lambda: freed(graph, sets, free, q),
-        "type 1": lambda: idling(graph, sets, free),
-        "driven": lambda: f"{moving(graph, free, every)} with the driven coordinates locked",
-    }
-    return kind, words[kind]()
+    if all(rest):
+        return "passive", f"{every} while all else rests"
+    if rest[0]:
+        return "type 2", freed(graph, sets, free, q)
+    if rest[1]:
+        return "type 1", idling(graph, sets, free)
+    return "driven", locked
 
 
 def _outputs(graph: Graph, sets: Sets, rates: FloatArray, q: FloatArray) -> str:

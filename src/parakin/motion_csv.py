@@ -112,8 +112,7 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
     except UnicodeDecodeError:
         raise InputError(str(path), "bytes that are not UTF-8", "a text file in UTF-8") from None
     except (OSError, ValueError) as error:  # ValueError: a null character in the path
-        found = reason(error) if isinstance(error, OSError) else str(error)
-        raise InputError(str(path), found, "a readable CSV file") from None
+        raise InputError(str(path), reason(error), "a readable CSV file") from None
 
 
 def _cells(line: str, delimiter: str, place: str) -> list[str]:

@@ -18,6 +18,7 @@ from parakin import symbols
 from parakin.annotation import annotate
 from parakin.dimensioning import parameters
 from parakin.drawing import Drawing, Piece, drawing_of
+from parakin.layout import SLIDES
 from parakin.lettering import Label, width_of
 from parakin.outputs import check_suffix, replacing
 from parakin.shapes import Bar, Block, FloatArray, Plate
@@ -45,7 +46,6 @@ if TYPE_CHECKING:
 SUFFIXES = (".svg", ".pdf", ".png")
 _ROW = 11.0  # of the table of parameters
 _FILL = {"driven": "#f6b26b", "passive": "white"}
-_SLIDES = ("prismatic", "cylindrical", "helical")
 
 
 def scheme(graph: Graph, drawing: Drawing | None = None, *, table: bool = True) -> Figure:
@@ -205,7 +205,7 @@ def _joint(axes: Axes, sheet: Sheet, number: int) -> None:
         elif turns:
             extra = symbols.axis_line(sight, at, axis, half + 1.5 * s)
             extra += symbols.sleeve(sight, at, axis, 0.35 * s, 1.35 * r)
-    if 0 in (joint.parent, joint.child) and joint.kind not in _SLIDES:
+    if 0 in (joint.parent, joint.child) and joint.kind not in SLIDES:
         way = sight.flat(child if joint.parent == 0 else -child)
         down = np.array([0.0, 1.0 if way[1] < -0.35 * np.linalg.norm(way) else -1.0])
         bracket, hatching = symbols.ground(at, down, s)
@@ -213,7 +213,7 @@ def _joint(axes: Axes, sheet: Sheet, number: int) -> None:
             draw_stroke(axes, stroke, INK, "white", 2.5, width=0.8)
             sheet.taken.line(stroke.points)
     name, fill = f"{joint.kind}-{number}", _FILL["driven" if joint.actuated else "passive"]
-    slides = joint.kind in _SLIDES  # what turns on them is drawn above
+    slides = joint.kind in SLIDES  # what turns on them is drawn above
     order = (2.6 if slides else 3.2) + 0.2 * _depth(sheet, place)
     for k, stroke in enumerate(strokes):
         draw_stroke(axes, stroke, INK, fill, order + 1e-3 * k, "" if k else name)
@@ -266,7 +266,7 @@ def _drive(
 ) -> None:
     """The arrow of a driven joint: straight beside a slide, round about a turn."""
     joint, s = sheet.drawing.layout.graph.joints[number], sheet.s
-    if joint.kind in _SLIDES:
+    if joint.kind in SLIDES:
         along = sheet.sight.flat(axis)
         size = float(np.linalg.norm(along))
         if size < 0.25:
@@ -277,7 +277,7 @@ def _drive(
         points = at + 2.0 * s * n + np.linspace(-reach, reach, 7)[:, None] * u
     else:
         points = symbols.ring(sheet.sight, at, axis, 2.3 * s)
-    draw_arrow(axes, points, DRIVEN, "<|-|>" if joint.kind in _SLIDES else "-|>", 1.1, 3.6)
+    draw_arrow(axes, points, DRIVEN, "<|-|>" if joint.kind in SLIDES else "-|>", 1.1, 3.6)
     sheet.taken.line(points)
 
 

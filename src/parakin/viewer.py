@@ -103,8 +103,7 @@ def _check_address(host: str) -> None:
         with socket.socket(family, kind, protocol) as probe:
             probe.bind(address)
     except (OSError, UnicodeError) as error:
-        told = reason(error) if isinstance(error, OSError) else str(error)
-        raise InputError(f"--host {host}", told, "an address of this computer") from None
+        raise InputError(f"--host {host}", reason(error), "an address of this computer") from None
 
 
 class Viewer:
