@@ -14,7 +14,7 @@ from engines import along
 
 import parakin
 from parakin import Status, exports
-from parakin.tracking import Status as Flag
+from parakin.status import Status as Flag
 
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O1")

@@ -14,7 +14,7 @@ import parakin
 from parakin.analysis import mobility
 from parakin.assembly import assembled
 from parakin.graph import graph_of
-from parakin.tracking import Status
+from parakin.status import Status
 
 if TYPE_CHECKING:
     import xarray as xr

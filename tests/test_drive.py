@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import parakin
 from parakin.drive import Drive, choices, driven_by
-from parakin.tracking import Status
+from parakin.status import Status
 
 
 def _drive(name: str, *driven: str) -> Drive:

@@ -12,7 +12,7 @@ from engines import Moving, MujocoTwin, PinocchioTwin, along, rotation
 
 import parakin
 from parakin import exports
-from parakin.tracking import Status
+from parakin.status import Status
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,7 +14,7 @@ from parakin.analysis import mobility
 from parakin.assembly import assembled
 from parakin.graph import graph_of
 from parakin.motion import from_laws, polynomial345
-from parakin.tracking import Status
+from parakin.status import Status
 
 UNKNOWNS = "A1 A2 A3 B1.1 B1.2 B3 C1.1 C1.2 C3 D1 E1 E2P".split()
 EXAMPLES = {1: "vertical", 2: "rectilinear", 3: "general"}

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from parakin.motion import Motion
     from parakin.results import require_solved
     from parakin.solver import Solver, Tick
-    from parakin.tracking import Status
+    from parakin.status import Status
 
 _ROOMS = {
     "catalogue": "files",
@@ -37,7 +37,7 @@ _ROOMS = {
     "Solver": "solver",
     "Tick": "solver",
     "require_solved": "results",
-    "Status": "tracking",
+    "Status": "status",
     "Motion": "motion",
     "Mechanism": "mechanism",
     "Body": "mechanism",

@@ -20,7 +20,7 @@ from parakin.closure import Row
 from parakin.errors import AssemblyError
 from parakin.graph import Graph, Tree
 from parakin.recursion import Circuits, Pose, Turn, pair_velocity, slide, step_pose, turn
-from parakin.spatial import ARRAYS, FLOATS, Scalar, Vector, column, dot
+from parakin.spatial import ARRAYS, FLOATS, Scalar, Vector
 
 FloatArray = NDArray[np.float64]
 
@@ -318,23 +318,12 @@ def _shaken(
     return at, norm
 
 
-_FACING = {  # axes of the two bodies that must not only be parallel, but point the same way
-    "revolute": (2,),
-    "cylindrical": (2,),
-    "planar": (2,),
-    "prismatic": (0, 1, 2),
-    "fixed": (0, 1, 2),
-}
-
-
 def facing(circuits: Circuits, tree: Tree) -> dict[int, Scalar]:
     """By cut joint, the smallest cosine between axes that have to point the same way."""
     found: dict[int, Scalar] = {}
     for k in tree.cuts:
-        axes = _FACING.get(circuits.graph.joints[k].kind, ())
-        if axes:
-            end = closure.ends(circuits, k)
-            cosines = [dot(column(end.F.R, a), column(end.M.R, a)) for a in axes]
+        cosines = closure.cosines(circuits, k, closure.ends(circuits, k))
+        if cosines:
             found[k] = functools.reduce(np.minimum, cosines)
     return found
 

@@ -14,7 +14,7 @@ from parakin.machine import Kernel, make_kernel, output_count
 from parakin.motion import Samples
 from parakin.plan import Plan
 from parakin.spatial import Vector
-from parakin.tracking import FloatArray
+from parakin.status import FloatArray
 
 Points = dict[str, tuple[int, Vector]]
 

@@ -21,7 +21,7 @@ from parakin.kernel import Equations, Lead, Outputs, newton_unknowns, trace
 from parakin.machine import output_count
 from parakin.plan import Block, Plan
 from parakin.spatial import ARRAYS, Scalar
-from parakin.tracking import SINGULAR
+from parakin.status import SINGULAR
 
 _DESCENTS = 60  # damped steps from a start
 _STEPS = 4  # and undamped ones after these

@@ -22,7 +22,7 @@ from parakin.kernel import CHECKS, Outputs, trace
 from parakin.mechanism import Mechanism
 from parakin.solver import Solver
 from parakin.spatial import FLOATS, Functions, Scalar
-from parakin.tracking import SINGULAR, Status
+from parakin.status import RESIDUAL, SINGULAR, Status
 
 ITERATIONS = 8  # Newton steps a call; from a pose nearby three are enough
 _SAMPLES = 20  # poses that the test program knows
@@ -228,7 +228,7 @@ int {name}_solve(const double *y, const double *yd, const double *ydd, {name}_st
     state->conditioning = out[{3 * n + 1}];
     if (out[{3 * n}] != out[{3 * n}])
         return {name.upper()}_OUT_OF_REACH;
-    if (!(out[{3 * n}] <= {layout.tolerance!r}))
+    if (!(out[{3 * n}] <= {RESIDUAL!r}*out[{3 * n + 3}]))
         return {name.upper()}_ITERATION_LIMIT;
     if (out[{3 * n + 1}] < {-SINGULAR!r})
         return {name.upper()}_BRANCH_CHANGE;

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from parakin.branches import Search
 from parakin.drive import Stop
 from parakin.graph import Graph
-from parakin.tracking import Status
+from parakin.status import Status
 
 HOME = "that of home"
 

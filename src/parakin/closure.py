@@ -95,6 +95,21 @@ def closes_point(joint: GraphJoint) -> bool:
     return _CANONICAL[joint.kind][:3] == _POINT
 
 
+_FACING = {  # axes of the two bodies that must not only be parallel, but point the same way
+    "revolute": (2,),
+    "cylindrical": (2,),
+    "planar": (2,),
+    "prismatic": (0, 1, 2),
+    "fixed": (0, 1, 2),
+}
+
+
+def cosines(circuits: Circuits, cut: int, end: Ends) -> list[Scalar]:
+    """Between axes of a cut joint that have to point the same way: 1 where they do."""
+    axes = _FACING.get(circuits.graph.joints[cut].kind, ())
+    return [dot(column(end.F.R, a), column(end.M.R, a)) for a in axes]
+
+
 class Ends(NamedTuple):
     """The cut joint's frames as its two bodies carry them, and the points' gap d = p_M - p_F."""
 

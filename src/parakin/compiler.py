@@ -11,7 +11,7 @@ from parakin.errors import AssemblyError, DrivenError, InputError, nearest
 from parakin.expressions import Value
 from parakin.files import load
 from parakin.graph import Graph, graph_of
-from parakin.kernel import Outputs, newton_unknowns
+from parakin.kernel import Outputs, newton_unknowns, unknowns_of
 from parakin.machine import has_machine_code
 from parakin.mechanism import Mechanism
 from parakin.ordering import plan_of
@@ -35,8 +35,8 @@ def compile(
     mechanism: or its name in the catalogue, or its file.
     driven: one name or more, as many as its mobility; the mechanism's own choice if not given.
     coordinates: which to report. By default those of a spanning tree and the platform's pose;
-    "all" adds those of the joints outside the tree and the cone angles of spherical joints. Those
-    that are iterated are reported whatever is chosen: a guess needs them.
+    "all" adds those of the joints outside the tree and the cone angles of spherical joints. Where
+    iterated ones are left out, a guess has to be a `Tick`, which carries them.
     derivatives: 0 to 3 of them; the third is the jerk.
     checks: False leaves out residual and conditioning; only NaN is then flagged. A solver that
     iterates needs them and keeps them.
@@ -78,11 +78,13 @@ def compile(
         home = _near(graph, home, numbers, near)
     plan = plan_of(graph, numbers, home, [joints.index(name) for name in cut], zero=own.q)
     chosen = list(_chosen(plan.graph, coordinates))
-    iterated = newton_unknowns(plan)  # found and checked by the solver, whoever asks for them
-    chosen += [k for k in iterated if k not in chosen]
-    outputs = Outputs(tuple(chosen), derivatives, checks or bool(iterated))
+    iterated = newton_unknowns(plan)
+    checks = checks or bool(iterated)
+    # What is solved for is watched along a motion, whoever asks for it.
+    watched = unknowns_of(plan) if checks and derivatives > 1 else iterated
+    outputs = Outputs((*chosen, *(k for k in watched if k not in chosen)), derivatives, checks)
     code = has_machine_code() if machine_code is None else machine_code
-    return Solver(plan, outputs, machine_code=code)
+    return Solver(plan, outputs, len(chosen), machine_code=code)
 
 
 def _near(

@@ -65,10 +65,13 @@ def substituted(
     systems: Sequence[System],
     drifts: Sequence[Sequence[Scalar]],
     functions: Functions,
-) -> tuple[dict[int, Scalar], list[Scalar]]:
-    """The unknowns' rates block by block: what the rows drift, and what is found, add to zero."""
+) -> tuple[dict[int, Scalar], list[tuple[Block, Scalar]]]:
+    """The unknowns' rates block by block: what the rows drift, and what is found, add to zero.
+
+    With them the conditioning of the blocks that are iterated, squared.
+    """
     found: dict[int, Scalar] = {}
-    figures: list[Scalar] = []
+    figures: list[tuple[Block, Scalar]] = []
     for block, system, drift in zip(plan.blocks, systems, drifts, strict=True):
         sides: list[Scalar] = []
         for start, columns in zip(drift, system.earlier, strict=True):
@@ -82,7 +85,7 @@ def substituted(
         }
         if block.form == "newton":
             figure = mul(block.sign / block.lever, solved.conditioning)
-            figures.append(signed_square(figure, functions))
+            figures.append((block, signed_square(figure, functions)))
     return found, figures
 
 

@@ -15,7 +15,7 @@ from parakin.results import ORDERS
 from parakin.shapes import FloatArray, IntArray
 from parakin.sheet import STYLE
 from parakin.singularities import Closeness
-from parakin.tracking import Status
+from parakin.status import Status
 
 if TYPE_CHECKING:
     import xarray as xr

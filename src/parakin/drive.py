@@ -20,7 +20,7 @@ from parakin.errors import InputError, ParakinError
 from parakin.freedom import freedom_at, outputs_of
 from parakin.mechanism import Mechanism
 from parakin.solver import Solver, Tick
-from parakin.tracking import FloatArray, Status
+from parakin.status import FloatArray, Status
 
 _SLIDE = 0.5  # of the characteristic length: how far slides are asked to go without limits
 _TILT = math.radians(45)  # how far the platform is

@@ -18,7 +18,7 @@ from parakin.outputs import check_suffix, replacing
 from parakin.painting import Painter
 from parakin.plots import draw_histories
 from parakin.shapes import FloatArray, IntArray
-from parakin.tracking import Status
+from parakin.status import Status
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,9 +7,11 @@ out as NaN, one close to singular with a small `conditioning`.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from parakin import closure
 from parakin.assembly import circuits_at
@@ -28,7 +30,8 @@ from parakin.recursion import (
 )
 from parakin.spatial import FLOATS, Functions, Scalar, Vector, add, apply, dot, mul, plus, sub
 
-CHECKS = 4
+CHECKS = 5
+ROUNDING = 2.0**-53
 
 # A block's gaps and their derivatives by its unknowns, at given values of these.
 Equations = Callable[[Sequence[Scalar]], tuple[list[Scalar], list[list[Scalar]]]]
@@ -40,9 +43,9 @@ class Outputs:
     """What a kernel returns, a scalar each: positions of `coordinates` (by number, or by name the
     cone angle of a spherical joint), and as many `derivatives` of them; with `checks` the residual
     (norm of all closure rows [m]), the conditioning (signed: negative on another branch), the size
-    of the last Newton step and the smallest cosine of an angle's distance from home; then 24
-    figures for every point of `points` (body, place on it): p_WB, R_WB row by row, v_WB, w_WB,
-    a_WB, alpha_WB.
+    of the last Newton step, that of what the closure rows subtract [m], and the product of those
+    figures of conditioning that keep no sign where they pass zero; then 24 figures for every point
+    of `points` (body, place on it): p_WB, R_WB row by row, v_WB, w_WB, a_WB, alpha_WB.
     """
 
     coordinates: tuple[int | str, ...]
@@ -83,33 +86,34 @@ def trace(
     guesses = {
         k: add(value, plan.offset(k)) for k, value in zip(newton_unknowns(plan), guess, strict=True)
     }
-    quality: list[Scalar] = []  # conditioning figures, squared, their signs kept
+    quality = _Quality([], [])
     moves: list[Scalar] = []
     for block in plan.blocks:
         if block.form == "newton":
             last, figure = _newton(circuits, block, angles, guesses, steps, lead)
             moves += last
             if outputs.derivatives == 0:
-                quality.append(signed_square(figure, functions))
+                quality.of(block).append(signed_square(figure, functions))
         else:
             _closed_form(circuits, block, angles, quality)
     rising = circuits
     if outputs.derivatives > 0:
         systems = [System.of(circuits, block) for block in plan.blocks]
         circuits.rates |= {k: _mix(plan, k, orders[1]) for k in plan.affine}
-        circuits.rates |= dict.fromkeys(_unknowns(plan), 0.0)
+        circuits.rates |= dict.fromkeys(unknowns_of(plan), 0.0)
         drifts = [system.drifts(circuits, closure.rate) for system in systems]
         rates, figures = substituted(plan, systems, drifts, functions)
         circuits.quicken(rates=rates)
-        quality += figures
+        for block, figure in figures:
+            quality.of(block).append(figure)
         if outputs.derivatives > 1:
             circuits.second |= {k: _mix(plan, k, orders[2]) for k in plan.affine}
-            circuits.second |= dict.fromkeys(_unknowns(plan), 0.0)
+            circuits.second |= dict.fromkeys(unknowns_of(plan), 0.0)
             drifts = [system.drifts(circuits, closure.acceleration) for system in systems]
             circuits.quicken(second=substituted(plan, systems, drifts, functions)[0])
         if outputs.derivatives > 2:
             third = {k: _mix(plan, k, orders[3]) for k in plan.affine}
-            rising = circuits.rising(third | dict.fromkeys(_unknowns(plan), 0.0))
+            rising = circuits.rising(third | dict.fromkeys(unknowns_of(plan), 0.0))
             drifts = [
                 [
                     rate_of(closure.acceleration(rising, row, closure.ends(rising, row.cut)))
@@ -129,17 +133,33 @@ def trace(
         if plan.spared:
             at_home = circuits_at(plan.graph, plan.tree, plan.home)
             unit = 1.0 / float(firmness(plan, at_home, FLOATS))
-            quality.append(mul(unit, firmness(plan, circuits, functions)))
+            quality.unsigned.append(mul(unit, firmness(plan, circuits, functions)))
         step: Scalar = 0.0
         for move in moves:
             step = add(step, mul(move, move))
-        results.append(_residual(plan, circuits, functions))
-        results.append(_signed_root(_least(quality, functions), functions))
+        residual, size = _residual(plan, circuits, functions)
+        results.append(residual)
+        least = _least([*quality.signed, *quality.unsigned], functions)
+        results.append(_signed_root(least, functions))
         results.append(functions.sqrt(step) if moves else 0.0)
-        results.append(_least(angles.nearness, functions))
+        results.append(size)
+        results.append(functions.sqrt(functools.reduce(mul, quality.unsigned, 1.0)))
     for body, place in outputs.points:
         results += _motion_of(circuits, body, place)
     return results
+
+
+class _Quality(NamedTuple):
+    """Figures of conditioning, squared: those whose sign tells branches apart, or whose root does,
+    and those that are as large on either side of a singularity.
+    """
+
+    signed: list[Scalar]
+    unsigned: list[Scalar]
+
+    def of(self, block: Block) -> list[Scalar]:
+        """Where the figure of a block belongs that is iterated."""
+        return self.unsigned if len(block.rows) > len(block.unknowns) else self.signed
 
 
 def _least(figures: Sequence[Scalar], functions: Functions) -> Scalar:
@@ -161,7 +181,8 @@ def _motion_of(circuits: Circuits, body: int, place: Vector) -> list[Scalar]:
     return [*p, *pose.R[0], *pose.R[1], *pose.R[2], *v, *twist.w, *a, *accel.alpha]
 
 
-def _unknowns(plan: Plan) -> list[int]:
+def unknowns_of(plan: Plan) -> list[int]:
+    """All that is solved for, in order of solution."""
     return [k for block in plan.blocks for k in block.unknowns]
 
 
@@ -183,7 +204,6 @@ class _Angles:
         self.functions = functions
         self.values: dict[int, Scalar] = {}
         self.found: dict[int, tuple[Scalar, Scalar]] = {}
-        self.nearness: list[Scalar] = []
 
     def give(self, circuits: Circuits, k: int, value: Scalar) -> None:
         self.values[k] = value
@@ -202,11 +222,10 @@ class _Angles:
             ahead = add(mul(cosine, c), mul(sine, s))
             across = sub(mul(sine, c), mul(cosine, s))
             self.values[k] = add(home, self.functions.atan2(across, ahead))
-            self.nearness.append(ahead)
         return self.values[k]
 
 
-def _closed_form(circuits: Circuits, block: Block, angles: _Angles, quality: list[Scalar]) -> None:
+def _closed_form(circuits: Circuits, block: Block, angles: _Angles, quality: _Quality) -> None:
     """One unknown, one row: linear or quadratic in a slide, linear in an angle's (cos, sin).
 
     The sign that tells the two roots apart is that of the row's derivative at home.
@@ -237,7 +256,7 @@ def _closed_form(circuits: Circuits, block: Block, angles: _Angles, quality: lis
             angles.give(circuits, k, -c / b)
             if not block.regular:
                 u = closure.direction(rest, row, end)
-                quality.append(mul(b, b) / dot(u, u))
+                quality.unsigned.append(mul(b, b) / dot(u, u))
             return
         u, side, _ = closure.arm(rest, row, end, k, closure.loop(rest, row.cut)[k])
         reach = sub(mul(b, b), mul(2.0 * side, c))
@@ -245,7 +264,7 @@ def _closed_form(circuits: Circuits, block: Block, angles: _Angles, quality: lis
         angles.give(circuits, k, mul(side, sub(mul(block.sign, root), b)))
         if not block.regular:
             aside = sub(dot(u, u), mul(b, b))  # the square of the centre's distance from the slide
-            quality.append(reach / add(reach, aside))
+            quality.signed.append(reach / add(reach, aside))
         return
     if block.form == "turn by two":
         (a, b, c), (d, e, f) = (linear(row) for row in block.rows)
@@ -256,7 +275,7 @@ def _closed_form(circuits: Circuits, block: Block, angles: _Angles, quality: lis
         scale = functions.copysign(1.0 / functions.sqrt(size), across)
         cosine, sine = mul(scale, cosine), mul(scale, sine)
         lengths = mul(add(mul(a, a), mul(b, b)), add(mul(d, d), mul(e, e)))
-        quality.append(mul(across, across) / lengths)
+        quality.unsigned.append(mul(across, across) / lengths)
         angles.found[k] = (sine, cosine)
         circuits.turns[k] = Turn(None, cosine, sine)
         return
@@ -273,9 +292,9 @@ def _closed_form(circuits: Circuits, block: Block, angles: _Angles, quality: lis
         inverse = 1.0 / size
         cosine = mul(inverse, sub(mul(b, root), mul(a, c)))
         sine = -mul(inverse, add(mul(b, c), mul(a, root)))
-        quality.append(mul(reach, inverse))
+        quality.signed.append(mul(reach, inverse))
     if not block.regular:  # an arm that shrinks leaves its angle undetermined
-        quality.append(mul(1.0 / block.lever**2, size))
+        quality.signed.append(mul(1.0 / block.lever**2, size))
     angles.found[k] = (sine, cosine)
     circuits.turns[k] = Turn(None, cosine, sine)
 
@@ -365,15 +384,36 @@ def _output(
     return found
 
 
-def _residual(plan: Plan, circuits: Circuits, functions: Functions) -> Scalar:
-    """The norm of all closure rows [m], redundant ones too; cosines count at the
-    characteristic length.
+def _residual(plan: Plan, circuits: Circuits, functions: Functions) -> tuple[Scalar, Scalar]:
+    """The norm of all closure rows [m], redundant ones too, and the size of what they subtract.
+
+    Cosines count at the characteristic length. What is lost to rounding by subtracting large
+    numbers counts as not closed; so do axes that are parallel, but point against each other.
     """
+    length = plan.graph.length
     total: Scalar = 0.0
+    square: Scalar = length * length
     for cut in plan.tree.cuts:
         end = closure.ends(circuits, cut)
-        for row in closure.canonical_rows(plan.graph.joints[cut], cut):
+        rows = closure.canonical_rows(plan.graph.joints[cut], cut)
+        if rows:
+            square = add(square, dot(end.M.p, end.M.p))
+        for row in rows:
             gap = closure.value(circuits, row, end)
             gap = mul(closure.per_length(plan.graph, row), gap)
             total = add(total, mul(gap, gap))
-    return functions.sqrt(total)
+        for cosine in closure.cosines(circuits, cut, end):
+            gap = mul(length, sub(1.0, cosine))
+            total = add(total, mul(gap, gap))
+    lost = mul(ROUNDING * ROUNDING, square)
+    return functions.sqrt(add(total, lost)), functions.sqrt(square)
+
+
+def has_unsigned(plan: Plan) -> bool:
+    """Whether some figure of conditioning keeps no sign where it passes zero."""
+    return bool(plan.spared) or any(
+        block.form == "turn by two"
+        or (block.form == "linear" and not block.regular)
+        or (block.form == "newton" and len(block.rows) > len(block.unknowns))
+        for block in plan.blocks
+    )

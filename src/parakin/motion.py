@@ -23,8 +23,23 @@ The jerk may be left out; then none can be asked of the mechanism.
 """
 
 MAX_SAMPLES = 10**9
+BURST = 1 / 1000  # of a motion's duration: what a function of time does for longer is seen
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 SLACK = 1e-9  # relative; ends computed from decimal times miss each other by rounding
+
+
+@dataclass(frozen=True)
+class Paced:
+    """A law that says how fast it changes: smooth between its `knots` [s], in no less time than
+    `period` [s]. What is no such law may change in `BURST` of the motion's duration.
+    """
+
+    law: Law
+    knots: tuple[float, ...] = ()
+    period: float = np.inf
+
+    def __call__(self, t: FloatArray) -> tuple[FloatArray, ...]:
+        return self.law(t)
 
 
 class Samples(NamedTuple):
@@ -53,7 +68,9 @@ class Motion:
 
     `window(start, stop)` gives some of them, chosen as a slice would; they are computed when
     asked for, so a long motion takes no memory. `derivatives` says how velocity and
-    acceleration came about.
+    acceleration came about. `between` gives the motion at any times (n,) [s], where it is known
+    (else it is the quintic from sample to sample that keeps their derivatives): it is smooth
+    between `knots` (from first to last moment), and changes in no less time than `period` [s].
     """
 
     name: str
@@ -61,6 +78,9 @@ class Motion:
     count: int
     window: Callable[[int, int], Samples]
     derivatives: str
+    between: Callable[[FloatArray], Samples] | None = None
+    knots: tuple[float, ...] = ()
+    period: float = np.inf
 
     def samples(self) -> Samples:
         """All samples at once."""
@@ -80,17 +100,24 @@ class Motion:
                 raise InputError(place, f"{name!r}, not driven", nearest(name, coordinates))
         refuse_repeated(coordinates, place)
         rows = [self.coordinates.index(name) for name in coordinates]
+        if rows == list(range(len(rows))):
+            return self
+        between = self.between
 
-        def window(start: int, stop: int) -> Samples:
-            samples = self.window(start, stop)
+        def sorted_(samples: Samples) -> Samples:
             return Samples(samples.time, *(order[rows] for order in samples.orders))
 
-        return replace(self, coordinates=tuple(coordinates), window=window)
+        return replace(
+            self,
+            coordinates=tuple(coordinates),
+            window=lambda start, stop: sorted_(self.window(start, stop)),
+            between=None if between is None else lambda time: sorted_(between(time)),
+        )
 
 
 def constant(value: float) -> Law:
     """At rest."""
-    return lambda t: (np.full_like(t, value), *np.zeros((3, *t.shape)))
+    return Paced(lambda t: (np.full_like(t, value), *np.zeros((3, *t.shape))))
 
 
 def cosine(start: float, by: float, duration: float, begin: float = 0.0) -> Law:
@@ -134,7 +161,7 @@ def _rest_to_rest(shape: Law, start: float, by: float, duration: float, begin: f
         scaled = (moving / duration**order * rate for order, rate in enumerate(rates, start=1))
         return start + by * s, *scaled
 
-    return law
+    return Paced(law, (begin, begin + duration))
 
 
 def sine(center: float, amplitude: float, frequency: float, phase: float = 0.0) -> Law:
@@ -156,7 +183,8 @@ def sines(center: float, terms: Sequence[tuple[float, float, float]]) -> Law:
             jerk -= amplitude * omega**3 * c
         return position, velocity, acceleration, jerk
 
-    return law
+    fastest = max((abs(frequency) for _, frequency, _ in terms), default=0.0)
+    return Paced(law, period=1 / fastest if fastest else np.inf)
 
 
 def chirp(
@@ -173,7 +201,8 @@ def chirp(
         jerk = -3 * growth * omega * s - omega**3 * c
         return center + s, omega * c, growth * c - omega**2 * s, jerk
 
-    return law
+    fastest = max(abs(f0), abs(f1))
+    return Paced(law, period=1 / fastest if fastest else np.inf)
 
 
 def waypoints(times: ArrayLike, values: ArrayLike) -> Law:
@@ -197,7 +226,7 @@ def waypoints(times: ArrayLike, values: ArrayLike) -> Law:
         u = np.clip(time, t[0], t[-1])
         return spline(u), moving * spline(u, 1), moving * spline(u, 2), jerking * spline(u, 3)
 
-    return law
+    return Paced(law, tuple(t.tolist()))
 
 
 def from_laws(name: str, laws: Mapping[str, Law], duration: float, rate: float) -> Motion:
@@ -217,9 +246,7 @@ def from_laws(name: str, laws: Mapping[str, Law], duration: float, rate: float) 
         raise InputError(place, "no laws", "one for every driven coordinate")
     count = round(steps) + 1
 
-    def window(start: int, stop: int) -> Samples:
-        chosen = range(count)[start:stop]
-        time = np.arange(chosen.start, chosen.stop) / rate
+    def between(time: FloatArray) -> Samples:
         with np.errstate(over="ignore", invalid="ignore"):  # refused below
             values = {coordinate: law(time) for coordinate, law in laws.items()}
         for coordinate, orders in values.items():
@@ -233,7 +260,18 @@ def from_laws(name: str, laws: Mapping[str, Law], duration: float, rate: float) 
         refuse_non_finite(time, rows, list(laws), place)
         return Samples(time, *rows)
 
-    return Motion(name, tuple(laws), count, window, "exact")
+    def window(start: int, stop: int) -> Samples:
+        chosen = range(count)[start:stop]
+        return between(np.arange(chosen.start, chosen.stop) / rate)
+
+    end = (count - 1) / rate  # half a step off the duration at most
+    known = [
+        law if isinstance(law, Paced) else Paced(law, (), BURST * duration) for law in laws.values()
+    ]
+    knots = {0.0, duration, *(knot for law in known for knot in law.knots if 0 < knot < duration)}
+    period = min(law.period for law in known)
+    ordered = tuple(sorted(knots | {end} if end > duration else knots))
+    return Motion(name, tuple(laws), count, window, "exact", between, ordered, period)
 
 
 def quintic(t: FloatArray, x: FloatArray, place: str, ends: Any = None) -> Any:

@@ -11,7 +11,7 @@ import numpy as np
 from parakin.errors import InputError
 from parakin.outputs import check_suffix, replacing
 from parakin.results import ORDERS
-from parakin.tracking import Status
+from parakin.status import Status
 
 if TYPE_CHECKING:
     import xarray as xr

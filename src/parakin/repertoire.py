@@ -24,7 +24,7 @@ from parakin.mechanism import Mechanism
 from parakin.outputs import check_suffix
 from parakin.shapes import FloatArray, Mesh
 from parakin.solver import Solver
-from parakin.tracking import Status
+from parakin.status import Status
 
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")
 _MAX_MESH = 100_000_000  # bytes

@@ -17,7 +17,7 @@ from parakin.assembly import FloatArray
 from parakin.branches import Search
 from parakin.graph import Graph
 from parakin.singularities import Closeness
-from parakin.tracking import Status
+from parakin.status import Status
 
 _FAR = 0.8  # radians, or characteristic lengths: what is no longer near a guess
 _CLOSES = 1e-9  # of the characteristic length: a stated home this near is one

@@ -21,11 +21,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from parakin.assembly import FloatArray, coordinate_scales
+from parakin.course import hermite
 from parakin.errors import InputError
 from parakin.freedom import LOST, RANK, Kind, Sets, freed, freedom, idling, sets_of, whole_values
 from parakin.kernel import CHECKS, Outputs
 from parakin.machine import make_kernel, output_count
-from parakin.tracking import RESIDUAL, Status, hermite
+from parakin.status import RESIDUAL, Status
 from parakin.words import platform_axes, platform_motion
 
 if TYPE_CHECKING:

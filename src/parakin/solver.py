@@ -13,16 +13,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from parakin import closure
-from parakin.assembly import circuits_at, configure
+from parakin.assembly import circuits_at, configure, coordinate_scales
 from parakin.bodies import Figures, Points, points_of
 from parakin.branches import Search, branches
+from parakin.course import Course
 from parakin.errors import InputError, nearest
 from parakin.files import load_motion
 from parakin.graph import Graph
-from parakin.kernel import Outputs, newton_unknowns
+from parakin.kernel import CHECKS, Outputs, has_unsigned, newton_unknowns, unknowns_of
 from parakin.machine import make_kernel, output_count
 from parakin.motion import Motion, Samples
 from parakin.ordering import plan_of
@@ -30,36 +31,33 @@ from parakin.plan import Plan
 from parakin.results import dataset, quaternions
 from parakin.singularities import Closeness, closeness
 from parakin.spatial import FLOATS
-from parakin.tracking import (
+from parakin.status import (
     RESIDUAL,
     SINGULAR,
-    Ending,
     FloatArray,
     Layout,
     Run,
-    State,
     Status,
     StatusArray,
-    Tracker,
     classify,
-    iterate,
-    solve_all,
-    unwrap,
-    walk,
 )
+from parakin.tracking import Track
+from parakin.walking import State, iterate, walk
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _STEPS = 3  # Newton steps per run of a kernel: round-off from one or two hundredths away
-_WILD = 1e100
+_WILD = 1e100  # numbers beyond this may overflow on the way to accelerations
+_TURNS = 1e6  # of an angle: beyond, it is known to less than 1e-9 rad
 _SPREAD = 8192  # batches smaller than this are not worth a second core
 
 
 class Tick(NamedTuple):
     """One pose, or a batch: rows are `solver.coordinates`, SI; `status` is a `Status` (array).
 
-    Derivatives that the solver was not compiled for are arrays of no rows.
+    Derivatives that the solver was not compiled for are arrays of no rows. `found` is what a next
+    call needs beside `position` to start from here: iterated coordinates that are not reported.
 
     Not a Dataset because a control loop cannot wait for one.
     """
@@ -71,6 +69,7 @@ class Tick(NamedTuple):
     residual: float | FloatArray
     conditioning: float | FloatArray
     jerk: FloatArray
+    found: FloatArray
 
 
 class Solver:
@@ -78,13 +77,14 @@ class Solver:
 
     `driven`, `coordinates`: names, in the order of rows. `derivatives`: how many. `home`:
     position of every coordinate and cone angle at home, by name [m, rad]. `iterated`: coordinates
-    that are found by iteration and not in closed form.
+    that are found by iteration and not in closed form, reported or not.
     """
 
     def __init__(
         self,
         plan: Plan,
         outputs: Outputs,
+        reported: int,
         *,
         machine_code: bool,
     ) -> None:
@@ -93,13 +93,14 @@ class Solver:
         self.mechanism = graph.mechanism
         self.machine_code = machine_code
         self.driven = tuple(graph.coordinates[k].name for k in plan.driven)
-        self.coordinates = tuple(self._name(c) for c in outputs.coordinates)
+        self.coordinates = tuple(self._name(c) for c in outputs.coordinates[:reported])
         self.derivatives = outputs.derivatives
         self.home: Mapping[str, float] = home_values(graph, plan)
         self._outputs = outputs
-        self.layout = _layout(plan, outputs)
+        self.layout = _layout(plan, outputs, reported)
         self._iterated = newton_unknowns(plan)
         self.iterated = tuple(self._name(c) for c in self._iterated)
+        self._hidden = tuple(n for n in self.iterated if n not in self.coordinates)
         self._kernel = make_kernel(plan, outputs, machine_code=machine_code, steps=_STEPS)
         self._body_figures: dict[tuple[object, ...], Figures] = {}
         self._results = output_count(outputs)
@@ -119,7 +120,7 @@ class Solver:
         driven, found = np.zeros((orders, k)), np.zeros((orders, m))
         driven[0] = [self.home[name] for name in self.driven]
         found[0] = [self.home[self._name(c)] for c in self._iterated]
-        return State(np.nan, driven, found)  # of no time: the first step is a jump
+        return State(driven, found)
 
     def _run(self, inputs: FloatArray, *, parallel: bool = False) -> FloatArray:
         out = np.empty((self._results, *inputs.shape[1:]))
@@ -131,84 +132,103 @@ class Solver:
         y: ArrayLike,
         yd: ArrayLike | None = None,
         ydd: ArrayLike | None = None,
-        guess: FloatArray | None = None,
+        guess: ArrayLike | Tick | None = None,
         *,
         yddd: ArrayLike | None = None,
         within: float | None = None,
         parallel: bool = False,
     ) -> Tick:
-        """One pose, or a batch of unrelated ones.
+        """One pose, or a batch of unrelated ones, each answered as if it were alone.
 
         y, yd, ydd, yddd: driven positions, velocities, accelerations and jerks, (k,) or (k, n),
-        SI; zero where not given. guess: positions as an earlier `Tick` gave them, rows
-        `coordinates`; angles come out within half a turn of it, and coordinates that are
-        iterated start from it (without it, the whole batch walks there from home, each pose
-        straight and in its own steps). within: how far from the guess an iterated coordinate may
-        come out [m or rad]; what lies further off is flagged as a branch change. parallel: use
-        all cores.
-        Samples that fail have a status other than CONVERGED and NaN throughout.
-        Raises InputError on arrays of the wrong shape.
+        SI; zero where not given. guess: an earlier `Tick`, or positions as it has them, rows
+        `coordinates`, one column for all or one each; angles come out within half a turn of it,
+        and coordinates that are iterated start from it. Without a guess, angles come out within
+        half a turn of home, on home's branch where all has a closed form; where a solver iterates
+        the whole batch walks from home, each pose straight and in its own steps, to the assembly
+        that a slow hand would reach so, or to a flag. within: how far from the guess an iterated
+        coordinate may come out [m or rad]; what lies further off is flagged as a branch change.
+        parallel: use all cores.
+        Samples that fail have a status other than CONVERGED and NaN throughout; so have those
+        with a number in y, rates or guess that is none, or a guess of an angle so large that its
+        turns have lost their digits. Raises InputError on arrays of the wrong shape.
         """
         inputs = self._inputs_of(y, yd, ydd, yddd)
-        if guess is not None and len(guess) != len(self.coordinates):
-            found = f"{len(guess)} rows"
-            raise InputError("guess", found, f"{len(self.coordinates)}: one per coordinate")
-        moving = not (yd is None and ydd is None and yddd is None)
-        wild = moving and not _tame(inputs)  # rates that are no numbers, or too large for one
+        start = None if guess is None else self._start_of(guess, inputs.shape[1:])
         walked: StatusArray | int = 0
         if self._iterated:
-            out, walked = self._iterate(inputs, guess)
+            out, walked = self._iterate(inputs, None if start is None else start.found)
         else:
             out = self._run(inputs, parallel=parallel)
-        n, checks = len(self.coordinates), self.layout.checks
-        position = out[:n]
-        if guess is not None and len(self.layout.angles):
-            rows = self.layout.angles
-            drift = (guess[rows] - position[rows]) * (0.5 / np.pi)
-            if np.abs(drift).max(initial=0.0) > 0.5:
-                position[rows] += 2 * np.pi * np.round(drift)
-        end = n + n * self.derivatives  # what lies beyond is no derivative
-        velocity, acceleration = out[n : min(2 * n, end)], out[2 * n : min(3 * n, end)]
-        jerk = out[3 * n : end]
-        if not self._outputs.checks:
-            return self._unchecked(position, velocity, acceleration, jerk)
-        far = np.zeros(out.shape[1:], dtype=bool)
-        if within is not None and guess is not None and self._iterated:
-            found = self.layout.found[0]
-            far = ~(np.abs(out[found] - np.asarray(guess)[found]).max(axis=0) <= within)
-        if out.ndim == 1:
-            residual, conditioning = float(out[checks]), float(out[checks + 1])
-            good = residual <= self.layout.tolerance and conditioning >= SINGULAR
-            if wild and not math.isfinite(out[:checks].sum()):
-                good, walked = False, walked or Status.OUT_OF_REACH
-            if good and not far and not walked:
-                return Tick(position, velocity, acceleration, 0, residual, conditioning, jerk)
-            verdict = int(classify(out[:, None], self.layout)[0]) or int(Status.BRANCH_CHANGE)
-            verdict = int(walked) or verdict
-            out[:checks] = np.nan
-            conditioning = float(out[checks + 1])
-            return Tick(position, velocity, acceleration, verdict, residual, conditioning, jerk)
-        status = np.where(walked, walked, classify(out, self.layout)).astype(np.int8)
-        status[(status == Status.CONVERGED) & far] = Status.BRANCH_CHANGE
-        if wild:
-            beyond = ~np.isfinite(out[:checks].sum(axis=0))
-            status[(status == Status.CONVERGED) & beyond] = Status.OUT_OF_REACH
-        if status.any():
-            out[:checks, status > 0] = np.nan
-        residual, conditioning = out[checks], out[checks + 1]
-        return Tick(position, velocity, acceleration, status, residual, conditioning, jerk)
+        wild = not _tame(inputs)
+        if start is not None:
+            wild |= self._turned_to(out, start)
+        if out.ndim == 1 and self._outputs.checks and not wild and within is None and not walked:
+            checks = self.layout.checks
+            residual, conditioning, _, size, _ = out[checks : checks + CHECKS].tolist()
+            if residual <= RESIDUAL * size and conditioning >= SINGULAR:
+                return self._tick(out, 0, residual, conditioning)
+        return self._judged(out, inputs, start, walked, within, wild=wild)
 
-    def _unchecked(
+    def _judged(
         self,
-        position: FloatArray,
-        velocity: FloatArray,
-        acceleration: FloatArray,
-        jerk: FloatArray,
+        out: FloatArray,
+        inputs: FloatArray,
+        start: _Start | None,
+        walked: StatusArray | int,
+        within: float | None,
+        *,
+        wild: bool,
     ) -> Tick:
-        status = np.zeros(position.shape[1:], dtype=np.int8)
-        if np.isnan(position.sum()):
-            status = np.where(np.isnan(position).any(axis=0), Status.OUT_OF_REACH, status)
-        return Tick(position, velocity, acceleration, status, np.nan, np.nan, jerk)
+        """A status for each column, and NaN where it is one of failure."""
+        checks, columns = self.layout.checks, out[:, None] if out.ndim == 1 else out
+        numbers = columns[:checks]
+        if self._outputs.checks:
+            status = classify(columns, self.layout)
+            status = np.where(walked, walked, status).astype(np.int8)
+        else:
+            status = np.zeros(columns.shape[1], dtype=np.int8)
+            if np.isnan(numbers.sum()):
+                status[np.isnan(numbers).any(axis=0)] = Status.OUT_OF_REACH
+        if within is not None and start is not None and self._iterated:
+            found, begun = columns[self.layout.found[0]], start.found
+            begun = begun if begun.ndim == 2 else begun[:, None]
+            near = np.abs(found - begun).max(axis=0) <= within
+            status[(status == Status.CONVERGED) & ~near] = Status.BRANCH_CHANGE
+        if wild:
+            told = np.isfinite(inputs.reshape(len(inputs), -1)).all(axis=0)
+            if start is not None:
+                told = told & start.sound
+            cones = self._cone_rows
+            told = told & np.isfinite(np.delete(numbers, cones, axis=0)).all(axis=0)
+            status[(status == Status.CONVERGED) & ~told] = Status.OUT_OF_REACH
+        if status.any():
+            numbers[:, status > 0] = np.nan
+        verdict: int | StatusArray = int(status[0]) if out.ndim == 1 else status
+        if not self._outputs.checks:
+            return self._tick(out, verdict, np.nan, np.nan)
+        if out.ndim == 1:
+            return self._tick(out, verdict, float(out[checks]), float(out[checks + 1]))
+        return self._tick(out, verdict, out[checks], out[checks + 1])
+
+    def _tick(
+        self,
+        out: FloatArray,
+        status: int | StatusArray,
+        residual: float | FloatArray,
+        conditioning: float | FloatArray,
+    ) -> Tick:
+        n, rows, orders = self.layout.reported, self.layout.rows, self.derivatives
+        return Tick(
+            out[:n],
+            out[rows : rows + n] if orders > 0 else out[:0],
+            out[2 * rows : 2 * rows + n] if orders > 1 else out[:0],
+            status,
+            residual,
+            conditioning,
+            out[3 * rows : 3 * rows + n] if orders > 2 else out[:0],
+            out[self.layout.found[0]] if self._hidden else out[:0],
+        )
 
     def _inputs_of(
         self,
@@ -218,17 +238,65 @@ class Solver:
         yddd: ArrayLike | None,
     ) -> FloatArray:
         k = len(self.driven)
-        first = np.asarray(y, dtype=float)
+        first = _numbers(y, "y")
         if first.ndim not in (1, 2) or first.shape[0] != k:
             raise InputError("y", f"shape {first.shape}", f"({k},) or ({k}, n): one row per driven")
         parts = [first]
         rates = (("yd", yd), ("ydd", ydd), ("yddd", yddd))
         for name, given in rates[: self.derivatives]:
-            part = np.zeros_like(first) if given is None else np.asarray(given, dtype=float)
+            part = np.zeros_like(first) if given is None else _numbers(given, name)
             if part.shape != first.shape:
                 raise InputError(name, f"shape {part.shape}", f"{first.shape}, that of y")
             parts.append(part)
         return np.ascontiguousarray(np.concatenate(parts) if len(parts) > 1 else first)
+
+    def _start_of(self, guess: ArrayLike | Tick, shape: tuple[int, ...]) -> _Start:
+        """A guess in parts. Raises InputError where it does not fit poses of this shape."""
+        tick = guess if isinstance(guess, Tick) else None
+        position = tick.position if tick is not None else _numbers(guess, "guess")  # type: ignore[arg-type]
+        n = self.layout.reported
+        if position.shape not in ((n,), (n, *shape)):
+            each = f" or ({n}, {shape[0]})" if shape else ""
+            expected = f"({n},){each}: one row per coordinate"
+            raise InputError("guess", f"shape {position.shape}", expected)
+        if self._hidden:
+            if tick is None:
+                names = ", ".join(self._hidden)
+                expected = f"a Tick, since {names} are iterated and not among the coordinates"
+                raise InputError("guess", "positions alone", expected)
+            found = tick.found
+            if found.shape != (len(self._iterated), *position.shape[1:]):
+                raise InputError("guess", "a Tick of another solver", "one of this solver's own")
+        else:
+            found = position[self.layout.found[0]]
+        return _Start(position, found)
+
+    def _turned_to(self, out: FloatArray, start: _Start) -> bool:
+        """Turn angles to within half a turn of the guess. Returns whether some guess is no good."""
+        rows = self.layout.angles[self.layout.angles < self.layout.reported]
+        guess = start.position
+        if out.ndim == 2 and guess.ndim == 1:
+            guess = guess[:, None]
+        drift = (guess[rows] - out[rows]) * (0.5 / np.pi)
+        most = np.abs(drift).max(initial=0.0)
+        if most > 0.5:  # false of NaN
+            out[rows] += 2 * np.pi * np.round(drift)
+        if not most < _TURNS or not math.isfinite(guess.sum()):
+            large = np.abs(guess[rows]) < 2 * np.pi * _TURNS
+            sound = np.isfinite(guess).all(axis=0) & large.all(axis=0)
+            if len(start.found):
+                sound = sound & np.isfinite(start.found).all(axis=0)
+            start.sound = np.broadcast_to(sound, out.shape[1:] or (1,))
+            if not start.sound.all():
+                return True
+        return False
+
+    @cached_property
+    def _cone_rows(self) -> list[int]:
+        """Where cone angles are, whose rates are none where an angle is exactly zero."""
+        rows, cones = self.layout.rows, self.graph.cones
+        at = [row for row, name in enumerate(self.coordinates) if name in cones]
+        return [row + rows * order for order in range(1, self.derivatives + 1) for row in at]
 
     def _iterate(
         self, inputs: FloatArray, guess: FloatArray | None
@@ -239,11 +307,10 @@ class Solver:
         if guess is None:
             run, layout = self._walker
             goal = columns[: len(self.driven)]
-            steps, walked = walk(run, layout, self._home_state(), goal)
+            steps, walked = walk(run, layout, self._home_state(), goal, self._units)
             start = steps[layout.found[0]]
         else:
-            start = np.asarray(guess, dtype=float)[self.layout.found[0]]
-            start = start[:, None] if start.ndim == 1 else start
+            start = guess[:, None] if guess.ndim == 1 else guess
             if start.shape[1] != columns.shape[1]:
                 start = np.broadcast_to(start, (len(start), columns.shape[1]))
         out = iterate(self._run, self.layout, columns, start)
@@ -252,9 +319,14 @@ class Solver:
         return out, 0 if walked is None else walked
 
     @cached_property
+    def _units(self) -> FloatArray:
+        """Of driven coordinates: 1 for angles, else the characteristic length."""
+        return coordinate_scales(self.graph)[list(self.plan.driven)]
+
+    @cached_property
     def _walker(self) -> tuple[Run, Layout]:
-        """What walks from home: the iterated coordinates and their rates alone."""
-        outputs = Outputs(tuple(self._iterated), derivatives=1)
+        """What walks from home: the coordinates that are solved for and their rates alone."""
+        outputs = Outputs(tuple(unknowns_of(self.plan)), derivatives=2)
         kernel = make_kernel(self.plan, outputs, machine_code=self.machine_code, steps=_STEPS)
         rows = output_count(outputs)
 
@@ -263,7 +335,7 @@ class Solver:
             kernel(inputs, out, False)
             return out
 
-        return run, _layout(self.plan, outputs)
+        return run, _layout(self.plan, outputs, len(outputs.coordinates))
 
     def poses(self, y: ArrayLike, tick: Tick) -> tuple[FloatArray, FloatArray]:
         """Where every body stands at a pose that `at` gave for `y`, (k,).
@@ -275,7 +347,7 @@ class Solver:
         place = np.asarray(y, dtype=float)[:, None]
         points = points_of(self.graph, True)
         samples = Samples(np.zeros(1), place, zero, zero)
-        found = tick.position[self.layout.found[0]][:, None]
+        found = (tick.found if self._hidden else tick.position[self.layout.found[0]])[:, None]
         blocks = self._figures(points).at(samples, found, False).reshape(len(points), 24, 1)
         return blocks[:, :3, 0], quaternions(blocks[:, 3:12], None)[0]
 
@@ -359,24 +431,16 @@ class Solver:
             )
         motion = motion.reordered(self.driven)
         points = points_of(self.graph, bodies)
-        tracker = Tracker(self._run, self.layout, self._home_state())
-        ending: Ending | None = None
+        course = Course(motion)
+        track = Track(self._run, self.layout, course, self._home_state(), self._units)
         last: xr.Dataset | None = None
-        lost = False
         for start in range(0, motion.count, size):
-            stop = min(start + size, motion.count)
-            first, until = start, stop
-            if not self._iterated:  # two samples on either side of a crossing show it
-                first, until = max(start - 2, 0), min(stop + 1, motion.count)
-            samples = motion.window(first, until)
+            samples = motion.window(start, min(start + size, motion.count))
             if samples.jerk is None and self.derivatives > 2:
                 known = "position, velocity and acceleration"
                 raise InputError(f"motion {motion.name}", known, "jerk too, or position alone")
-            inner = slice(start - first, stop - first)
-            out, status, ending, lost = self._window(
-                samples, inner, tracker, ending, lost, parallel
-            )
-            samples = samples.cropped(inner.start, inner.stop)
+            out, status = track.solve(samples, lambda y: self._run(y, parallel=parallel))
+            self._limit(out, status)
             figures = None
             if points:
                 found = out[self.layout.found[0]]
@@ -385,36 +449,6 @@ class Solver:
             ds = dataset(self, motion, samples.time, out, status, list(points), figures, last)
             last = ds
             yield ds
-
-    def _window(
-        self,
-        samples: Samples,
-        inner: slice,
-        tracker: Tracker,
-        ending: Ending | None,
-        lost: bool,
-        parallel: bool,
-    ) -> tuple[FloatArray, StatusArray, Ending | None, bool]:
-        n = inner.stop - inner.start
-        if lost:
-            out = np.full((self._results, n), np.nan)
-            return out, np.full(n, Status.NOT_REACHED, dtype=np.int8), ending, True
-        if self._iterated:
-            out, status = tracker.follow(samples)
-        else:
-            out, status = solve_all(
-                lambda inputs: self._run(inputs, parallel=parallel), samples, self.layout
-            )
-            out, status = out[:, inner], status[inner]
-        bad = status != Status.CONVERGED
-        if bad.any():
-            first = int(np.argmax(bad))
-            status[first + 1 :] = Status.NOT_REACHED
-            out[: self.layout.checks + 2, first:] = np.nan
-            lost = True
-        ending = unwrap(out, self.layout, samples.time[inner], ending)
-        self._limit(out, status)
-        return out, status, ending, lost
 
     def _limit(self, out: FloatArray, status: StatusArray) -> None:
         for row, name in enumerate(self.coordinates):
@@ -438,6 +472,21 @@ def _tame(inputs: FloatArray) -> bool:
     return bool(np.abs(inputs).max(initial=0.0) < _WILD)
 
 
+class _Start:
+    """A guess: positions as reported, iterated coordinates, and which columns are any good."""
+
+    def __init__(self, position: FloatArray, found: FloatArray) -> None:
+        self.position, self.found = position, found
+        self.sound: NDArray[np.bool_] = np.ones(1, dtype=bool)
+
+
+def _numbers(values: ArrayLike, name: str) -> FloatArray:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError(name, str(error), "numbers") from None
+
+
 def home_values(graph: Graph, plan: Plan) -> dict[str, float]:
     """Position of every coordinate at home, as it is counted, and every cone angle."""
     home = {c.name: float(plan.home[k]) - plan.offset(k) for k, c in enumerate(graph.coordinates)}
@@ -448,20 +497,27 @@ def home_values(graph: Graph, plan: Plan) -> dict[str, float]:
     return home
 
 
-def _layout(plan: Plan, outputs: Outputs) -> Layout:
+def _layout(plan: Plan, outputs: Outputs, reported: int) -> Layout:
     n = len(outputs.coordinates)
     place = {c: row for row, c in enumerate(outputs.coordinates)}
-    found = np.array([place[k] for k in newton_unknowns(plan)], dtype=np.intp)
-    given = {*plan.affine, *newton_unknowns(plan)}
+    iterated = newton_unknowns(plan)
+    unknowns = [k for k in unknowns_of(plan) if k in place]
+    found = np.array([place[k] for k in iterated], dtype=np.intp)
     angles = [
         row
         for c, row in place.items()
-        if isinstance(c, int) and plan.graph.coordinates[c].angle and c not in given
+        if isinstance(c, int)
+        and plan.graph.coordinates[c].angle
+        and c not in {*plan.affine, *iterated}
     ]
+    orders = outputs.derivatives + 1
     return Layout(
-        np.array([found + n * order for order in range(outputs.derivatives + 1)]),
-        np.array(angles, dtype=np.intp),
+        reported,
         n,
-        n * (outputs.derivatives + 1),
-        RESIDUAL * plan.graph.length,
+        n * orders,
+        np.array([found + n * order for order in range(orders)]),
+        np.array([place[k] for k in unknowns], dtype=np.intp),
+        coordinate_scales(plan.graph)[unknowns],
+        np.array(angles, dtype=np.intp),
+        has_unsigned(plan),
     )

@@ -1,416 +1,356 @@
-"""Tracking: along a motion, from each pose to the next on the same branch, and nowhere else.
+"""Along a motion from home, on the branch that a slow hand would follow, and no further.
 
-Where every unknown has a closed form, a pose needs no guess: all samples are solved at once and
-only checked. Where Newton iterates, coarse samples are followed one after the other from home,
-and those between are solved in one batch from Hermite guesses. A sample whose correction is
-large against its step, or whose determinant has changed sign, is not accepted.
+The motion is walked in its own steps (`parakin.course`). Where the rule of `parakin.continuity`
+does not hold from one end of a step to the other, the step is halved, until it holds or nothing is
+left of it: there the motion ends. The samples asked for lie on that walk and are held to the same
+rule. So neither the number of samples nor windows nor threads have a say in what they are told.
 """
 
 from __future__ import annotations
 
-import enum
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from parakin.continuity import (
+    ASIDE,
+    BoolArray,
+    counted_on,
+    follows,
+    foretold,
+    moment,
+    pace_of,
+    stays_clear,
+)
+from parakin.course import Course, hermite
 from parakin.kernel import CHECKS
 from parakin.motion import Samples
+from parakin.status import FloatArray, Layout, Run, Status, StatusArray, classify
+from parakin.walking import State, iterate, walk
 
-FloatArray = NDArray[np.float64]
-StatusArray = NDArray[np.int8]
-
-RESIDUAL = 1e-12  # of the characteristic length: what counts as closed
-SINGULAR = 1e-6  # conditioning below this leaves no digits to trust in accelerations
-_WRAP = -0.8  # cosine of an angle's distance from home, below which it may wrap
-_STRIDE = 32
-_REPEATS = 12  # runs of a kernel (two Newton steps each) before giving up
-_HALVINGS = 14
-_ATTEMPTS = 500  # steps of all sizes between two samples before giving up
-_FOLD = 0.1  # conditioning of the last good pose, below which it is reach that ends there
+_AT_ONCE = 512  # steps of the motion's own that are looked at together
+_HALVED = 32  # steps halved at once, counted from the first that does not hold
+_READ = 2.0**-12  # of a step: as far as the turns of angles that are read off are looked into
+_PARTS = 50_000  # moments; what needs more of them for a few hundred steps is too wild
+_BLOWN = 5.0  # times what they were a hundred moments before: velocities at an end of reach
 
 
-class Status(enum.IntEnum):
-    """What became of a sample. Anything but CONVERGED and LIMIT_EXCEEDED comes with NaN."""
-
-    CONVERGED = 0
-    ITERATION_LIMIT = 1
-    OUT_OF_REACH = 2
-    SINGULAR = 3
-    BRANCH_CHANGE = 4
-    LIMIT_EXCEEDED = 5
-    NOT_REACHED = 6
-
-    @property
-    def words(self) -> str:
-        return self.name.lower().replace("_", " ")
-
-
-class State(NamedTuple):
-    """Where a track has got to: time; driven values (orders, k), iterated coordinates (orders, m),
-    each with as many derivatives as the kernel knows.
+class Nodes(NamedTuple):
+    """Moments of a walk: time (n,), driven values (orders, k, n), all outputs (rows, n), and the
+    width of the motion's own step that each lies in or ends (n,).
     """
 
-    time: float
+    time: FloatArray
     driven: FloatArray
-    found: FloatArray
+    out: FloatArray
+    step: FloatArray
 
-
-@dataclass(frozen=True)
-class Layout:
-    """Where a kernel's outputs lie: rows of iterated coordinates (orders, m), of angles, of checks.
-
-    `tolerance` is the residual that counts as closed [m].
-    """
-
-    found: NDArray[np.intp]
-    angles: NDArray[np.intp]
-    coordinates: int
-    checks: int
-    tolerance: float
-
-
-Run = Callable[[FloatArray], FloatArray]
-
-
-def classify(out: FloatArray, layout: Layout) -> StatusArray:
-    """A status per sample from its residual and conditioning; of NaN, both are made NaN."""
-    residual, conditioning = out[layout.checks], out[layout.checks + 1]
-    status = np.zeros(out.shape[1], dtype=np.int8)
-    if residual.max(initial=0.0) <= layout.tolerance and conditioning.min(initial=1.0) >= SINGULAR:
-        return status
-    conditioning[np.isnan(residual)] = np.nan
-    status[~(conditioning >= SINGULAR)] = Status.SINGULAR
-    status[conditioning < -SINGULAR] = Status.BRANCH_CHANGE
-    status[~(residual <= layout.tolerance)] = Status.ITERATION_LIMIT
-    status[np.isnan(residual)] = Status.OUT_OF_REACH
-    return status
+    def part(self, chosen: NDArray[np.intp] | slice) -> Nodes:
+        return Nodes(*(array[..., chosen] for array in self))
 
 
 class Ending(NamedTuple):
-    """The end of a window: time, angles as solved, their rates, and the full turns added."""
+    """The last moment that can be reached, and why it is the last."""
 
     time: float
-    angles: FloatArray
-    rates: FloatArray
-    shift: FloatArray
+    status: Status
 
 
-def unwrap(
-    out: FloatArray, layout: Layout, time: FloatArray, before: Ending | None
-) -> Ending | None:
-    """Let angles run on past half a turn from home, from sample to sample by their velocities.
+class Track:
+    """A walk along a motion from home, made as far as it is asked for.
 
-    `before` is the end of the window before this one, what is returned that of this one.
+    run, layout: the kernel and where its outputs lie; home: where the walk to the motion's start
+    begins; units (k,): of the driven coordinates, as `Layout` has those of the unknowns.
     """
-    rows = layout.angles
-    if not len(rows) or not len(time):
-        return before
-    angles, rates = out[rows[:, None], [0, -1]], out[rows + layout.coordinates][:, [0, -1]]
-    zero = np.zeros(len(rows))
-    ending = Ending(float(time[-1]), angles[:, 1], rates[:, 1], zero)
-    turned = before is not None and before.shift.any()
-    if not (out[layout.checks + 3].min(initial=1.0) < _WRAP or turned):
-        return ending
-    before = before or Ending(float(time[0]), angles[:, 0], rates[:, 0], zero)
-    angles = np.column_stack([before.angles, out[rows]])
-    rates = np.column_stack([before.rates, out[rows + layout.coordinates]])
-    expected = 0.5 * np.diff(time, prepend=before.time) * (rates[:, 1:] + rates[:, :-1])
-    turns = np.nan_to_num(np.round((np.diff(angles) - expected) / (2 * np.pi)))
-    shift = before.shift[:, None] - 2 * np.pi * np.cumsum(turns, axis=1)
-    out[rows] += shift
-    return ending._replace(shift=shift[:, -1])
 
+    def __init__(
+        self, run: Run, layout: Layout, course: Course, home: State, units: FloatArray
+    ) -> None:
+        self._run, self._layout, self._course, self._home = run, layout, course, home
+        self._units = units
+        self._watched = np.union1d(layout.unknowns, layout.angles)
+        order = {row: place for place, row in enumerate(layout.unknowns.tolist())}
+        self._solved = np.array([row in order for row in self._watched.tolist()], dtype=bool)
+        self._watched_units = np.array(
+            [layout.units[order[row]] if row in order else 1.0 for row in self._watched.tolist()]
+        )
+        self._turning = np.isin(self._watched, layout.angles)
+        self._nodes: Nodes | None = None
+        self._ending: Ending | None = None
+        self._told = False
 
-def crossings(conditioning: FloatArray, status: StatusArray) -> StatusArray:
-    """Flag what follows a singularity passed between two samples.
+    def solve(self, samples: Samples, run: Run) -> tuple[FloatArray, StatusArray]:
+        """Outputs and statuses of samples, windows being asked for one after the other.
 
-    The conditioning of a closed form is the size of a smooth quantity that keeps its sign. Where
-    it falls towards zero, and from the other side does too, within one step, the quantity itself
-    has changed sign: the closed form has gone on with the wrong one of its two roots. Newton,
-    too, may be thrown back there from one branch onto the other.
-    """
-    c = conditioning
-    if len(c) < 4 or not (np.fmin.reduce(c) < 0.2):
-        return status
-    falls = 2 * c[1:-2] - c[:-3] < 0
-    rises = 2 * c[2:-1] - c[3:] < 0
-    for i in np.flatnonzero(falls & rises):
-        status[i + 2 :] = np.maximum(status[i + 2 :], Status.BRANCH_CHANGE)
-        break
-    return status
-
-
-def solve_all(run: Run, samples: Samples, layout: Layout) -> tuple[FloatArray, StatusArray]:
-    """Every sample at once, where all has a closed form."""
-    out = run(np.concatenate(samples.orders[: len(layout.found)]))
-    status = classify(out, layout)
-    return out, crossings(out[layout.checks + 1], status)
-
-
-def iterate(run: Run, layout: Layout, driven: FloatArray, guess: FloatArray) -> FloatArray:
-    """A batch from guesses, repeated while that may help.
-
-    driven (orders k, n): positions and derivatives; guess (m, n).
-    """
-    out = run(np.ascontiguousarray(np.concatenate([driven, guess])))
-    residual = out[layout.checks]
-    for repeat in range(_REPEATS):
-        # A step or two beyond what is needed reaches round-off, and costs little.
-        wanted = layout.tolerance * (0.01 if repeat < 2 else 1.0)
-        if residual.max(initial=0.0) <= wanted:
-            break
-        open_ = ~(residual <= wanted) & _hopeful(out, layout)
-        if not open_.any():
-            break
-        again = np.concatenate([driven[:, open_], out[layout.found[0]][:, open_]])
-        out[:, open_] = run(np.ascontiguousarray(again))
-    return out
-
-
-def _hopeful(out: FloatArray, layout: Layout) -> NDArray[np.bool_]:
-    """Whether another step may help: the iteration is finite, and it moves while what follows
-    from it is still out of reach.
-    """
-    finite = np.isfinite(out[layout.found[0]]).all(axis=0)
-    settled = np.isnan(out[layout.checks]) & ~(out[layout.checks + 2] > 1e-10)
-    hopeful: NDArray[np.bool_] = finite & ~settled
-    return hopeful
-
-
-def _trusted(
-    found: FloatArray, guess: FloatArray, before: FloatArray, axis: int | None = None
-) -> NDArray[np.bool_]:
-    """Whether a step's correction is small against the step, as on one branch it has to be."""
-    moved = np.abs(found - before).max(axis=axis, initial=0.0)
-    corrected = np.abs(found - guess).max(axis=axis, initial=0.0)
-    trusted: NDArray[np.bool_] = (corrected <= 0.25 * moved + 1e-3) & (corrected <= 0.3)
-    return trusted
-
-
-def walk(
-    run: Run, layout: Layout, begin: State, goal: FloatArray
-) -> tuple[FloatArray, StatusArray]:
-    """From one state to many poses `goal` (k, n), each straight and in its own steps, all at once.
-
-    Takes outputs with one derivative at least, by which each step is foretold; in those returned
-    driven coordinates move at `goal` less where they began.
-    """
-    with np.errstate(all="ignore"):  # goals beyond all numbers are flagged like any out of reach
-        return _walked(run, layout, begin, goal)
-
-
-def _walked(
-    run: Run, layout: Layout, begin: State, goal: FloatArray
-) -> tuple[FloatArray, StatusArray]:
-    n, k = goal.shape[1], len(goal)
-    start = begin.driven[0][:, None]
-    driven = np.zeros((len(layout.found), k, n))
-    driven[1] = goal - start
-
-    def at(part: FloatArray, guess: FloatArray, chosen: NDArray[np.intp]) -> FloatArray:
-        columns = driven[:, :, chosen]
-        columns[0] = start + part * columns[1]
-        return iterate(run, layout, columns.reshape(-1, len(chosen)), guess)
-
-    here = np.repeat(begin.found[0][:, None], n, axis=1)
-    part, size = np.zeros(n), np.ones(n)
-    out = at(part, here, np.arange(n))
-    status = classify(out, layout)
-    tangent = out[layout.found[1]]
-    going = np.flatnonzero(status == Status.CONVERGED)
-    for _ in range(_ATTEMPTS):
-        if not len(going):
-            return out, status
-        target = np.minimum(part[going] + size[going], 1.0)
-        guess = here[:, going] + (target - part[going]) * tangent[:, going]
-        found = at(target, guess, going)
-        verdict = classify(found, layout)
-        position = found[layout.found[0]]
-        doubtful = ~_trusted(position, guess, here[:, going], axis=0)
-        verdict[(verdict == Status.CONVERGED) & doubtful] = Status.BRANCH_CHANGE
-        good = verdict == Status.CONVERGED
-        done = going[good]
-        here[:, done], part[done] = position[:, good], target[good]
-        tangent[:, done] = found[layout.found[1]][:, good]
-        size[done] *= 2.0
-        size[going[~good]] *= 0.5
-        stuck = size[going] < 0.5**_HALVINGS
-        given_up = stuck & np.isin(verdict, (Status.ITERATION_LIMIT, Status.BRANCH_CHANGE))
-        verdict[given_up] = Status.NOT_REACHED
-        out[:, going], status[going] = found, verdict
-        going = going[~(good & (target == 1.0)) & ~stuck]
-    status[going] = Status.NOT_REACHED
-    return out, status
-
-
-_START = np.array([[1, 0, 0, -10, 15, -6], [0, 1, 0, -6, 8, -3], [0, 0, 0.5, -1.5, 1.5, -0.5]])
-_END = np.array([[0, 0, 0, 10, -15, 6], [0, 0, 0, -4, 7, -3], [0, 0, 0, 0.5, -1, 0.5]])
-
-
-def hermite(nodes: FloatArray, values: FloatArray, at: FloatArray, order: int = 0) -> FloatArray:
-    """Quintic Hermite interpolation: nodes (K,), values with two derivatives or more (3+, m, K).
-
-    Returns (m, len(at)), or its derivative of the given order.
-    """
-    left = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, len(nodes) - 2)
-    h = nodes[left + 1] - nodes[left]
-    x = (at - nodes[left]) / h
-    total = np.zeros((values.shape[1], len(at)))
-    for k in range(3):
-        for table, node in ((_START[k], left), (_END[k], left + 1)):
-            poly = np.polynomial.polynomial.polyder(table, order) if order else table
-            weight = np.polynomial.polynomial.polyval(x, poly) * h ** (k - order)
-            total += values[k][:, node] * weight
-    return total
-
-
-class Tracker:
-    """Follows a motion where Newton iterates; keeps the last good state between windows."""
-
-    def __init__(self, run: Run, layout: Layout, home: State) -> None:
-        self._run = run
-        self._layout = layout
-        self._figure = 1.0  # conditioning of the last good pose
-        self.state = home
-
-    def solve(self, y: FloatArray, guess: FloatArray) -> FloatArray:
-        """A batch from guesses: y (orders, k, n), guess (m, n)."""
-        return iterate(self._run, self._layout, y.reshape(-1, y.shape[2]), guess)
-
-    def _reached(self, time: float, y: FloatArray, out: FloatArray) -> None:
-        self.state = State(time, y, out[self._layout.found])
-        self._figure = float(out[self._layout.checks + 1])
-
-    def step(self, time: float, y: FloatArray) -> tuple[FloatArray, Status]:
-        """One step from the last state to `y` (orders, k), accepted only on the same branch."""
-        a = self.state
-        h = time - a.time
-        guess = a.found[0] + h * a.found[1] + 0.5 * h * h * a.found[2]
-        out = self.solve(y[:, :, None], guess[:, None])
-        status = Status(int(classify(out, self._layout)[0]))
-        if status == Status.CONVERGED:
-            if not _trusted(out[self._layout.found[0], 0], guess, a.found[0]):
-                return out, Status.BRANCH_CHANGE
-            self._reached(time, y, out[:, 0])
-        return out, status
-
-    def enter(self, time: float, y: FloatArray) -> tuple[FloatArray, Status]:
-        """From home to where a motion begins."""
-        out, status = walk(self._run, self._layout, self.state, y[0][:, None])
-        verdict = Status(int(status[0]))
-        if verdict == Status.CONVERGED:
-            out = self.solve(y[:, :, None], out[self._layout.found[0]])
-            self._reached(time, y, out[:, 0])
-        return out, verdict
-
-    def reach(self, time: float, y: FloatArray) -> tuple[FloatArray, Status]:
-        """From the last state to `y` in as many steps as it takes.
-
-        In between, the driven values follow a quintic in time. Gives up, leaving the state at the
-        last good pose, when steps become tiny.
+        run: the kernel, on as many threads as are wanted.
         """
-        begin = self.state
-        nodes, ends = np.array([begin.time, time]), np.stack([begin.driven, y], axis=2)
-        fraction, size = 0.0, 1.0
-        for _ in range(_ATTEMPTS):
-            last = fraction + size >= 1.0
-            target = 1.0 if last else fraction + size
-            at = begin.time + target * (time - begin.time)
-            there = [hermite(nodes, ends, np.array([at]), order)[:, 0] for order in range(len(y))]
-            out, status = self.step(at, y if last else np.array(there))
-            if status == Status.CONVERGED:
-                if last:
-                    return out, status
-                fraction, size = target, min(2 * size, 1.0)
-            elif size < 0.5**_HALVINGS:
-                return out, Status.OUT_OF_REACH if self._figure < _FOLD else status
-            else:
-                size /= 2
-        return out, Status.ITERATION_LIMIT
-
-    def follow(self, samples: Samples) -> tuple[FloatArray, StatusArray]:
-        """All samples of a window: coarse ones one by one, then those between in one batch."""
-        n, time = len(samples.time), samples.time
-        y = np.array(samples.orders[: len(self._layout.found)])
+        n = len(samples.time)
         out = np.full((self._layout.checks + CHECKS, n), np.nan)
         status = np.full(n, Status.NOT_REACHED, dtype=np.int8)
-        nodes, states = [-1], [self.state]
-        while nodes[-1] < n - 1:
-            goal = 0 if nodes[-1] < 0 else min(nodes[-1] + _STRIDE, n - 1)
-            if np.isnan(self.state.time):
-                column, verdict = self.enter(float(time[goal]), y[:, :, goal])
+        reached = 0
+        if not self._told:
+            self._reach(float(samples.time[0]), float(samples.time[-1]))
+            while reached := self._within(samples.time):
+                inside = samples.cropped(0, reached)
+                found, doubtful = self._placed(inside, run)
+                if doubtful is None:
+                    out[:, :reached], status[:reached] = found, Status.CONVERGED
+                    break
+                self._look_closer(doubtful)
+        if reached < n and not self._told and self._ending is not None:
+            self._told = True
+            status[reached] = self._ending.status
+        return out, status
+
+    def _within(self, time: FloatArray) -> int:
+        """How many of these times are not after the ending."""
+        if self._ending is None:
+            return len(time)
+        return int(np.searchsorted(time, self._ending.time, side="right"))
+
+    # ---- the walk
+
+    def _reach(self, first: float, until: float) -> None:
+        """Walk on until `until` is covered; what lies before `first` is needed no more."""
+        if self._nodes is None:
+            self._enter(float(self._course.steps(-np.inf, -np.inf)[0]))
+        assert self._nodes is not None
+        while self._ending is None and self._nodes.time[-1] < until:
+            last = float(self._nodes.time[-1])
+            ends = self._course.steps(last, until)[:_AT_ONCE]
+            head = self._nodes.part(slice(-1, None))
+            steps = np.diff(ends, prepend=last)
+            if len(self._layout.found[0]):
+                found, self._ending = self._stepped(head, ends, steps)
             else:
-                column, verdict = self.step(float(time[goal]), y[:, :, goal])
-                if verdict != Status.CONVERGED:  # sample by sample through the hard part
-                    goal = nodes[-1] + 1
-                    column, verdict = self.reach(float(time[goal]), y[:, :, goal])
-            status[goal] = verdict
-            if verdict != Status.CONVERGED:
-                break
-            out[:, goal] = column[:, 0]
-            nodes.append(goal)
-            states.append(self.state)
-        between = np.setdiff1d(np.arange(max(nodes[-1], 0)), nodes)
-        if len(between):
-            self._fill(time, y, out, status, between, states)
-            failed = between[status[between] != Status.CONVERGED]
-            if len(failed):
-                self._retrace(time, y, out, status, nodes, states)
-        return out, crossings(out[self._layout.checks + 1], status)
+                ahead = self._evaluated(ends, steps, np.empty((0, len(ends))))
+                found, self._ending = self._certified(_joined(head, ahead))
+            self._nodes = _joined(self._nodes, found.part(slice(1, None)))
+        kept = int(np.searchsorted(self._nodes.time, first, side="right")) - 1
+        self._nodes = self._nodes.part(slice(max(kept, 0), None))
 
-    def _fill(
-        self,
-        time: FloatArray,
-        y: FloatArray,
-        out: FloatArray,
-        status: StatusArray,
-        between: NDArray[np.intp],
-        states: list[State],
-    ) -> None:
-        """Samples between the coarse ones, from guesses interpolated between those."""
-        inside = [state for state in states if state.time >= time[0]]
-        times = np.array([state.time for state in inside])
-        found = np.stack([state.found for state in inside], axis=2)
-        guess = hermite(times, found, time[between])
-        solved = self.solve(np.ascontiguousarray(y[:, :, between]), guess)
-        verdict = classify(solved, self._layout)
-        corrected = np.abs(solved[self._layout.found[0]] - guess).max(axis=0, initial=0.0)
-        moves = np.abs(np.diff(found[0], axis=1)).max(axis=0, initial=0.0)
-        segment = np.clip(np.searchsorted(times, time[between], "right") - 1, 0, len(moves) - 1)
-        far = ~(corrected <= 0.25 * moves[segment] + 1e-3)
-        verdict[(verdict == Status.CONVERGED) & far] = Status.BRANCH_CHANGE
-        out[:, between], status[between] = solved, verdict
+    def _enter(self, time: float) -> None:
+        """From home to where the motion begins."""
+        driven = self._course.at(np.array([time]), len(self._layout.found))
+        guess = np.empty((0, 1))
+        status = Status.CONVERGED
+        if len(self._layout.found[0]):
+            out, walked = walk(self._run, self._layout, self._home, driven[0], self._units)
+            guess, status = out[self._layout.found[0]], Status(int(walked[0]))
+        self._nodes = self._evaluated(np.array([time]), np.ones(1), guess)
+        status = status or Status(int(classify(self._nodes.out, self._layout)[0]))
+        if status != Status.CONVERGED:
+            self._ending = Ending(-np.inf, status)
 
-    def _retrace(
-        self,
-        time: FloatArray,
-        y: FloatArray,
-        out: FloatArray,
-        status: StatusArray,
-        nodes: list[int],
-        states: list[State],
-    ) -> None:
-        """Segments in which the batch failed, sample by sample; where that fails too, the end."""
-        final = self.state
-        for (first, state), last in zip(zip(nodes, states, strict=True), nodes[1:], strict=False):
-            if (status[first + 1 : last] == Status.CONVERGED).all():
-                continue
-            self.state = state
-            for i in range(first + 1, last + 1):
-                column, verdict = self.reach(float(time[i]), y[:, :, i])
-                status[i] = verdict
-                if verdict != Status.CONVERGED:
-                    status[i + 1 :] = Status.NOT_REACHED
-                    out[:, i:] = np.nan
-                    return
-                out[:, i] = column[:, 0]
-            if not np.allclose(self.state.found[0], states[nodes.index(last)].found[0], atol=1e-8):
-                # The coarse step had come to another branch: all that follows it is void.
-                status[last:] = Status.NOT_REACHED
-                status[last] = Status.BRANCH_CHANGE
-                out[:, last:] = np.nan
-                return
-        self.state = final
+    def _evaluated(self, time: FloatArray, step: FloatArray, guess: FloatArray) -> Nodes:
+        driven = self._course.at(time, len(self._layout.found))
+        return Nodes(time, driven, self._solved_at(driven, guess, self._run), step)
+
+    def _solved_at(self, driven: FloatArray, guess: FloatArray, run: Run) -> FloatArray:
+        inputs = driven.reshape(-1, driven.shape[2])
+        return iterate(run, self._layout, inputs, guess) if len(guess) else run(inputs)
+
+    def _stepped(
+        self, head: Nodes, ends: FloatArray, steps: FloatArray
+    ) -> tuple[Nodes, Ending | None]:
+        """Where a guess is needed: moment by moment, each foretold by the one before."""
+        found = [head]
+        pending = list(zip(ends.tolist(), steps.tolist(), strict=True))[::-1]
+        while pending:
+            time, step = pending[-1]
+            here = found[-1]
+            h = time - float(here.time[0])
+            x, v, a = here.out[self._layout.found[:3]]
+            guess = x + h * (v + 0.5 * h * a)
+            ahead = self._evaluated(np.array([time]), np.array([step]), guess)
+            pair = self._unwrapped(_joined(here, ahead))
+            smooth, read = self._judged(pair)
+            narrow = h <= moment(time)
+            if smooth[0] and (read[0] or h <= _READ * step):
+                found.append(pair.part(slice(1, None)))
+                pending.pop()
+            elif (narrow and not smooth[0]) or len(found) > _PARTS:
+                walked = _joined(*found)
+                return walked, self._ending_of(walked, pair)
+            else:
+                pending.append((time - 0.5 * h, step))
+        return _joined(*found), None
+
+    def _certified(self, nodes: Nodes) -> tuple[Nodes, Ending | None]:
+        """Moments from the first of these, which holds, to the last, or as far as it goes."""
+        while True:
+            nodes = self._unwrapped(nodes)
+            smooth, read = self._judged(nodes)
+            h = np.diff(nodes.time)
+            open_ = ~(smooth & (read | (h <= _READ * nodes.step[1:])))
+            if not open_.any():
+                return nodes, None
+            first = int(np.argmax(open_))
+            time = float(nodes.time[first + 1])
+            if (not smooth[first] and h[first] <= moment(time)) or len(nodes.time) > _PARTS:
+                walked = nodes.part(slice(0, first + 1))
+                return walked, self._ending_of(walked, nodes.part(slice(first, first + 2)))
+            places = first + np.flatnonzero(open_[first : first + _HALVED])
+            places = places[h[places] > moment(time)]
+            nodes = self._with_middles(nodes, places)
+
+    def _with_middles(self, nodes: Nodes, places: NDArray[np.intp]) -> Nodes:
+        """With a moment in the middle of each of these intervals, where it can be solved."""
+        time = 0.5 * (nodes.time[places] + nodes.time[places + 1])
+        guess = np.empty((0, len(time)))
+        if len(self._layout.found[0]):
+            guess = hermite(nodes.time, nodes.out[self._layout.found[:3]], time)
+        middles = self._evaluated(time, nodes.step[places + 1], guess)
+        return Nodes(
+            *(
+                np.insert(array, places + 1, new, axis=-1)
+                for array, new in zip(nodes, middles, strict=True)
+            )
+        )
+
+    def _look_closer(self, time: float) -> None:
+        """Halve the step in which a sample does not follow from the moment before it."""
+        assert self._nodes is not None
+        nodes = self._nodes
+        place = min(int(np.searchsorted(nodes.time, time, side="right")), len(nodes.time) - 1) - 1
+        pair = nodes.part(slice(place, place + 2))
+        if place < 0 or pair.time[1] - pair.time[0] <= moment(time):
+            before = nodes.part(slice(0, max(place, 0) + 1))
+            self._nodes, self._ending = before, self._ending_of(before, pair)
+            return
+        found, ending = self._certified(self._with_middles(pair, np.array([0])))
+        rest = [] if ending else [nodes.part(slice(place + 2, None))]
+        self._nodes = _joined(nodes.part(slice(0, place)), found, *rest)
+        self._ending = ending or self._ending
+
+    # ---- the rule
+
+    def _orders_of(self, out: FloatArray) -> FloatArray:
+        """Position, velocity and acceleration of what is watched, (3, m, n)."""
+        rows = self._watched + self._layout.rows * np.arange(3)[:, None]
+        orders: FloatArray = out[rows.ravel()].reshape(3, len(self._watched), out.shape[1])
+        return orders
+
+    def _unwrapped(self, nodes: Nodes) -> Nodes:
+        """Let angles run on past half a turn from home, from moment to moment."""
+        rows = self._layout.angles
+        if not len(rows) or len(nodes.time) < 2:
+            return nodes
+        orders = self._orders_of(nodes.out)[:, self._turning]
+        ahead = foretold(np.diff(nodes.time), orders[:, :, :-1], orders[:, :, 1:])
+        with np.errstate(invalid="ignore"):
+            turns = np.round((np.diff(orders[0]) - ahead) / (2 * np.pi))
+        if not np.any(turns[np.isfinite(turns)]):
+            return nodes
+        out = nodes.out.copy()
+        out[self._watched[self._turning], 1:] -= 2 * np.pi * np.cumsum(np.nan_to_num(turns), axis=1)
+        return nodes._replace(out=out)
+
+    def _judged(self, nodes: Nodes) -> tuple[BoolArray, BoolArray]:
+        """Of each interval, whether what is solved follows smoothly, and what is read off too."""
+        h = np.diff(nodes.time)
+        orders = self._orders_of(nodes.out)
+        before, after = orders[:, :, :-1], orders[:, :, 1:]
+        with np.errstate(all="ignore"):
+            good = classify(nodes.out.copy(), self._layout) == Status.CONVERGED
+            smooth = follows(
+                h, before, after, self._pace(nodes), self._watched_units, self._rough(nodes)[1:]
+            )
+            driven = nodes.driven[:3]
+            smooth_driven = follows(
+                h, driven[:, :, :-1], driven[:, :, 1:], self._pace(nodes), self._units, np.ones(1)
+            ).all(axis=0)
+        solved = np.logical_and.reduce(smooth[self._solved])
+        solved &= smooth_driven & good[1:] & good[:-1]
+        return self._clear(nodes, solved), np.logical_and.reduce(smooth)
+
+    def _clear(self, nodes: Nodes, smooth: BoolArray) -> BoolArray:
+        """Which of the intervals that are smooth do not pass a singularity in between."""
+        near = np.flatnonzero(smooth)
+        if not self._layout.unsigned or not len(near):
+            return smooth
+        row = self._layout.checks + 4
+        figure = nodes.out[row]
+        h = np.diff(nodes.time)[near]
+        sides = nodes.part(np.concatenate([near, near + 1]))
+        aside = ASIDE * np.concatenate([h, -h])
+        driven = sides.driven.copy()
+        for order in range(len(driven) - 1):
+            driven[order] += aside * driven[order + 1]
+        driven[0] += 0.5 * aside**2 * sides.driven[2]
+        guess = np.empty((0, len(aside)))
+        if len(self._layout.found[0]):
+            x, v, a = sides.out[self._layout.found[:3]]
+            guess = x + aside * (v + 0.5 * aside * a)
+        out = self._solved_at(driven, guess, self._run)
+        ahead, behind = np.split(out[row], 2)
+        with np.errstate(all="ignore"):
+            clear = stays_clear(h, figure[near], figure[near + 1], ahead, behind)
+        kept = smooth.copy()
+        kept[near] = clear
+        return kept
+
+    def _pace(self, nodes: Nodes) -> FloatArray:
+        scaled = nodes.driven[:3] / self._units[:, None]
+        return pace_of(scaled[:, :, :-1], scaled[:, :, 1:], nodes.step[1:])
+
+    def _rough(self, nodes: Nodes) -> FloatArray:
+        return np.asarray(nodes.out[self._layout.checks + 1])
+
+    def _ending_of(self, walked: Nodes, pair: Nodes) -> Ending:
+        """Why there is no way from the first to the second of a pair of moments."""
+        time = float(walked.time[-1])
+        driven = pair.driven[:3]
+        h = np.diff(pair.time)
+        pace = self._pace(pair)
+        if not follows(h, driven[..., :1], driven[..., 1:], pace, self._units, np.ones(1)).all():
+            return Ending(time, Status.NOT_SMOOTH)
+        if len(walked.time) > _PARTS:
+            return Ending(time, Status.NOT_SMOOTH)
+        if np.isnan(pair.out[self._layout.checks, 1]):
+            return Ending(time, Status.OUT_OF_REACH)
+        earlier = int(np.searchsorted(walked.time, time - 100 * moment(time), side="right")) - 1
+        velocity = np.abs(self._orders_of(walked.out)[1, self._solved])
+        blown = velocity[:, -1].max(initial=0.0) > _BLOWN * velocity[:, max(earlier, 0)].max(
+            initial=0.0
+        )
+        return Ending(time, Status.OUT_OF_REACH if blown else Status.BRANCH_CHANGE)
+
+    # ---- samples
+
+    def _placed(self, samples: Samples, run: Run) -> tuple[FloatArray, float | None]:
+        """Outputs of samples on the walk, and the time of the first that is not where it leads."""
+        assert self._nodes is not None
+        nodes, time = self._nodes, samples.time
+        orders = len(self._layout.found)
+        driven = np.array(samples.orders[:orders])
+        guess = np.empty((0, len(time)))
+        if len(self._layout.found[0]):
+            known = nodes.out[self._layout.found[:3]]
+            guess = (
+                hermite(nodes.time, known, time)
+                if len(nodes.time) > 1
+                else known[0].repeat(len(time), axis=1)
+            )
+        out = self._solved_at(driven, guess, run)
+        status = classify(out, self._layout)
+        left = np.searchsorted(nodes.time, time, side="right") - 1
+        counts = np.bincount(left, minlength=len(nodes.time))
+        before = self._orders_of(nodes.out).repeat(counts, axis=2)
+        after = self._orders_of(out)
+        h = time - nodes.time.repeat(counts)
+        turns = counted_on(h, before, after, self._turning)
+        if np.any(turns):
+            after[0] += 2 * np.pi * np.nan_to_num(turns)
+            out[self._watched] = after[0]
+        pace = np.append(self._pace(nodes), 0.0)[left] if len(nodes.time) > 1 else np.zeros(len(h))
+        rough = out[self._layout.checks + 1]
+        with np.errstate(invalid="ignore"):
+            smooth = follows(h, before, after, pace, self._watched_units, rough)
+        smooth = smooth[self._solved].all(axis=0) & (status == Status.CONVERGED)
+        return out, None if smooth.all() else float(time[int(np.argmin(smooth))])
+
+
+def _joined(*parts: Nodes) -> Nodes:
+    return Nodes(*(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)))

@@ -1,0 +1,71 @@
+"""What became of a sample, and where a kernel's outputs tell it."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+StatusArray = NDArray[np.int8]
+Run = Callable[[FloatArray], FloatArray]
+
+RESIDUAL = 1e-12  # of what is subtracted where loops close: what counts as closed
+SINGULAR = 1e-6  # conditioning below this leaves no digits to trust in accelerations
+
+
+class Status(enum.IntEnum):
+    """What became of a sample. Anything but CONVERGED and LIMIT_EXCEEDED comes with NaN."""
+
+    CONVERGED = 0
+    ITERATION_LIMIT = 1
+    OUT_OF_REACH = 2
+    SINGULAR = 3
+    BRANCH_CHANGE = 4
+    LIMIT_EXCEEDED = 5
+    NOT_REACHED = 6
+    NOT_SMOOTH = 7
+
+    @property
+    def words(self) -> str:
+        return self.name.lower().replace("_", " ")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where a kernel's outputs lie.
+
+    `reported` and `rows`: coordinates told, and all of them, the rest of the unknowns coming after
+    those that are told; each order of derivatives takes `rows` rows, `checks` is the first row
+    after these. `found` (orders, m): iterated coordinates, of which a guess is needed. `unknowns`:
+    rows of all that is solved for, and `units` of these, 1 for angles, else the characteristic
+    length. `angles`: rows of angles that are found within half a turn of home. `unsigned`: whether
+    some figure of conditioning is as large on either side of a singularity.
+    """
+
+    reported: int
+    rows: int
+    checks: int
+    found: NDArray[np.intp]
+    unknowns: NDArray[np.intp]
+    units: FloatArray
+    angles: NDArray[np.intp]
+    unsigned: bool
+
+
+def classify(out: FloatArray, layout: Layout) -> StatusArray:
+    """A status per sample from its residual and conditioning; of NaN, both are made NaN."""
+    residual, conditioning = out[layout.checks], out[layout.checks + 1]
+    closed = residual <= RESIDUAL * out[layout.checks + 3]
+    status = np.zeros(out.shape[1], dtype=np.int8)
+    if closed.all() and conditioning.min(initial=1.0) >= SINGULAR:
+        return status
+    conditioning[np.isnan(residual)] = np.nan
+    status[~(conditioning >= SINGULAR)] = Status.SINGULAR
+    status[conditioning < -SINGULAR] = Status.BRANCH_CHANGE
+    status[~closed] = Status.ITERATION_LIMIT
+    status[np.isnan(residual)] = Status.OUT_OF_REACH
+    return status

@@ -1,0 +1,119 @@
+"""From guesses to poses: iteration on a batch, and the walk from home to many poses at once."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from parakin.continuity import counted_on, follows
+from parakin.status import RESIDUAL, FloatArray, Layout, Run, Status, StatusArray, classify
+
+_REPEATS = 12  # runs of a kernel (a few Newton steps each) before giving up
+_HALVINGS = 14
+_SHORT = 1e-4  # of a unit: a way no longer than this is all but none
+_ATTEMPTS = 500  # steps of all sizes on one way before giving up
+
+
+class State(NamedTuple):
+    """A pose: driven values (orders, k), iterated coordinates (orders, m), each with as many
+    derivatives as the kernel knows.
+    """
+
+    driven: FloatArray
+    found: FloatArray
+
+
+def iterate(run: Run, layout: Layout, driven: FloatArray, guess: FloatArray) -> FloatArray:
+    """A batch from guesses, repeated while that may help.
+
+    driven (orders k, n): positions and derivatives; guess (m, n).
+    """
+    out = run(np.ascontiguousarray(np.concatenate([driven, guess])))
+    residual, size = out[layout.checks], out[layout.checks + 3]
+    for repeat in range(_REPEATS):
+        # A step or two beyond what is needed reaches round-off, and costs little.
+        wanted = RESIDUAL * (0.01 if repeat < 2 else 1.0) * size
+        open_ = ~(residual <= wanted)
+        if not open_.any():
+            break
+        open_ &= _hopeful(out, layout)
+        if not open_.any():
+            break
+        again = np.concatenate([driven[:, open_], out[layout.found[0]][:, open_]])
+        out[:, open_] = run(np.ascontiguousarray(again))
+    return out
+
+
+def _hopeful(out: FloatArray, layout: Layout) -> NDArray[np.bool_]:
+    """Whether another step may help: the iteration is finite, and it moves while what follows
+    from it is still out of reach.
+    """
+    finite = np.isfinite(out[layout.found[0]]).all(axis=0)
+    settled = np.isnan(out[layout.checks]) & ~(out[layout.checks + 2] > 1e-10)
+    hopeful: NDArray[np.bool_] = finite & ~settled
+    return hopeful
+
+
+def walk(
+    run: Run, layout: Layout, begin: State, goal: FloatArray, units: FloatArray
+) -> tuple[FloatArray, StatusArray]:
+    """From one state to many poses `goal` (k, n), each straight and in its own steps, all at once.
+
+    Takes outputs with two derivatives, by which each step is foretold and judged; in those
+    returned driven coordinates move at `goal` less where they began. units (k,): of these.
+    """
+    with np.errstate(all="ignore"):  # goals beyond all numbers are flagged like any out of reach
+        return _walked(run, layout, begin, goal, units)
+
+
+def _walked(
+    run: Run, layout: Layout, begin: State, goal: FloatArray, units: FloatArray
+) -> tuple[FloatArray, StatusArray]:
+    n, k = goal.shape[1], len(goal)
+    start = begin.driven[0][:, None]
+    driven = np.zeros((len(layout.found), k, n))
+    driven[1] = goal - start
+    pace = np.abs(driven[1] / units[:, None]).max(axis=0, initial=_SHORT)
+
+    def at(part: FloatArray, guess: FloatArray, chosen: NDArray[np.intp]) -> FloatArray:
+        columns = driven[:, :, chosen]
+        columns[0] = start + part * columns[1]
+        return iterate(run, layout, columns.reshape(-1, len(chosen)), guess)
+
+    here = np.repeat(begin.found[0][:, None], n, axis=1)
+    part, size = np.zeros(n), np.ones(n)
+    out = at(part, here, np.arange(n))
+    status = classify(out, layout)
+    now = out.copy()
+    turning = np.isin(layout.unknowns, layout.angles)
+    solved = layout.unknowns + layout.rows * np.arange(3)[:, None]
+    going = np.flatnonzero(status == Status.CONVERGED)
+    for _ in range(_ATTEMPTS):
+        if not len(going):
+            return out, status
+        target = np.minimum(part[going] + size[going], 1.0)
+        h = target - part[going]
+        before = now[:, going]
+        x, v, a = before[layout.found[:3]]
+        guess = x + h * (v + 0.5 * h * a)
+        found = at(target, guess, going)
+        verdict = classify(found, layout)
+        figures = found[layout.checks + 1]
+        last, next_ = before[solved], found[solved]
+        next_[0] += 2 * np.pi * np.nan_to_num(counted_on(h, last, next_, turning))
+        smooth = follows(h, last, next_, pace[going], layout.units, figures).all(axis=0)
+        verdict[(verdict == Status.CONVERGED) & ~smooth] = Status.BRANCH_CHANGE
+        good = verdict == Status.CONVERGED
+        done = going[good]
+        now[:, done], part[done] = found[:, good], target[good]
+        size[done] *= 2.0
+        size[going[~good]] *= 0.5
+        stuck = size[going] < 0.5**_HALVINGS
+        given_up = stuck & np.isin(verdict, (Status.ITERATION_LIMIT, Status.BRANCH_CHANGE))
+        verdict[given_up] = Status.NOT_REACHED
+        out[:, going], status[going] = found, verdict
+        going = going[~(good & (target == 1.0)) & ~stuck]
+    status[going] = Status.NOT_REACHED
+    return out, status
