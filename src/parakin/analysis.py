@@ -18,6 +18,7 @@ from parakin.assembly import (
     configure,
     coordinate_scales,
     freedoms,
+    full_screws,
     functional,
     holders,
     is_idle,
@@ -161,7 +162,7 @@ def mobility_at(graph: Graph, at: Configuration, freed: Sequence[int] = ()) -> i
     loops: list[FloatArray] = []
     onward = {k: -1.0 if reverse else 1.0 for k, reverse in tree.steps}
     leading = _leading(graph)
-    screws_at = _full_screws(graph, at)
+    screws_at = full_screws(graph, at)
     for cut in tree.cuts:
         weights = signs[cut].copy()
         weights[list(graph.joints[cut].coordinates)] = -1.0
@@ -186,17 +187,6 @@ def mobility_at(graph: Graph, at: Configuration, freed: Sequence[int] = ()) -> i
     return width - int((sizes > _RANK * sizes[0]).sum())
 
 
-def _full_screws(graph: Graph, at: Configuration) -> FloatArray:
-    """Screws, those of spherical joints about three axes at right angles whatever their angles."""
-    screws = at.screws.copy()
-    for k, joint in enumerate(graph.joints):
-        if joint.kind == "spherical":
-            centre = np.array(at.ends[k].F.p, dtype=float)
-            for number, axis in zip(joint.coordinates, np.eye(3), strict=True):
-                screws[:, number] = np.concatenate([axis, np.cross(centre, axis)])
-    return screws
-
-
 def _leading(graph: Graph) -> dict[int, set[int]]:
     """By body, the joints that lead to it from the base."""
     reached = {0: set[int]()}
@@ -210,7 +200,7 @@ def _leading(graph: Graph) -> dict[int, set[int]]:
 def _extra_screws(graph: Graph, at: Configuration, k: int) -> FloatArray:
     """The turns about a joint's centre that it does not allow."""
     centre = np.array(at.ends[k].F.p, dtype=float)
-    own = _full_screws(graph, at)[:3, list(graph.joints[k].coordinates)]
+    own = full_screws(graph, at)[:3, list(graph.joints[k].coordinates)]
     _, sizes, right = np.linalg.svd(own.T) if own.size else (None, np.zeros(0), np.eye(3))
     axes = right[int((sizes > 1e-9).sum()) :]
     return np.array([np.concatenate([a, np.cross(centre, a)]) for a in axes]).reshape(-1, 6).T

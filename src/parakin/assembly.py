@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -98,6 +98,20 @@ def configure(graph: Graph, tree: Tree, q: FloatArray) -> Configuration:
                 advance = axis.pitch * np.array(axis.direction, dtype=float)
                 screws[3:, k] = np.cross(axis.point, axis.direction) + advance
     return Configuration(q, screws, points, circuits, ends)
+
+
+def full_screws(graph: Graph, at: Configuration, held: Collection[int] = ()) -> FloatArray:
+    """Screws, those of joints of three turns, none of them held, about three axes at right angles
+    whatever their angles.
+    """
+    screws = at.screws.copy()
+    for k, joint in enumerate(graph.joints):
+        turns = [n for n in joint.coordinates if graph.coordinates[n].angle]
+        if len(turns) == 3 and not set(turns) & set(held):
+            centre = np.array(at.ends[k].M.p, dtype=float)
+            for number, axis in zip(turns, np.eye(3), strict=True):
+                screws[:, number] = np.concatenate([axis, np.cross(centre, axis)])
+    return screws
 
 
 def loop_signs(graph: Graph, tree: Tree) -> dict[int, FloatArray]:

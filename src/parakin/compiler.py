@@ -77,7 +77,7 @@ def compile(
     if near is not None:
         home = _near(graph, home, numbers, near)
     plan = plan_of(graph, numbers, home, [joints.index(name) for name in cut], zero=own.q)
-    chosen = list(_chosen(plan.graph, coordinates))
+    chosen = list(_chosen(plan.graph.plain, coordinates))
     iterated = newton_unknowns(plan)
     checks = checks or bool(iterated)
     # What is solved for is watched along a motion, whoever asks for it.
@@ -111,7 +111,7 @@ def _chosen(graph: Graph, coordinates: Sequence[str] | str | None) -> list[int |
             inside += graph.joints[graph.platform].coordinates
         return sorted(set(inside))
     if coordinates == "all":
-        return [*range(len(graph.coordinates)), *graph.cones]
+        return [*range(len(graph.plain.coordinates)), *graph.cones]
     return [
         name if name in graph.cones else graph.index(name, "coordinates") for name in coordinates
     ]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from parakin import spatial
@@ -111,7 +111,11 @@ class Tree:
 
 @dataclass(frozen=True)
 class Graph:
-    """A mechanism in numbers. Body 0 is the base."""
+    """A mechanism in numbers. Body 0 is the base.
+
+    `twins`: by joint of three turns, another one beside it whose angles count from an orientation
+    nearby (`recentred`).
+    """
 
     mechanism: Mechanism
     parameters: Mapping[str, float]
@@ -125,6 +129,7 @@ class Graph:
     guess: Mapping[int, float]
     from_home: frozenset[int]
     length: float
+    twins: Mapping[int, int] = field(default_factory=dict)
 
     def index(self, name: str, place: str) -> int:
         """The number of a coordinate. Raises InputError on an unknown name."""
@@ -168,7 +173,7 @@ class Graph:
         last: Collection[int] = (),
     ) -> Tree:
         """The spanning tree that keeps joints `first` where it can, then joints `second`, and
-        joints `last` only where it must.
+        joints `last`, and those that have a twin, only where it must.
 
         Otherwise it leaves out the joints of most freedom, since they close a loop with the
         fewest rows: spherical joints before revolute ones; of equals passive joints before
@@ -178,7 +183,8 @@ class Graph:
 
         def order(k: int) -> tuple[bool, int, int, bool, bool, bool, int]:
             joint = self.joints[k]
-            rank = 0 if k in first else 1 if k in second else 3 if k in last else 2
+            spare = k in last or k in self.twins
+            rank = 0 if k in first else 1 if k in second else 3 if spare else 2
             slides = any(pair.slides for pair in joint.pairs)
             # A screw cannot be cut: its row would have to know how often it has turned.
             return (
@@ -206,7 +212,9 @@ class Graph:
         """The tree that keeps the platform's pose, and so cuts what carries it: at an end of its
         range a spherical joint in the tree would seem to lack a freedom.
         """
-        return self.tree(first=() if self.platform is None else [self.platform])
+        if self.platform is None:
+            return self.tree()
+        return self.tree(first=[self.twins.get(self.platform, self.platform)])
 
     def tree_of(self, kept: Sequence[int]) -> Tree:
         """The tree made of just these joints, walked from the base outwards."""
@@ -221,6 +229,46 @@ class Graph:
             waiting.remove(k)
         cuts = tuple(k for k in range(len(self.joints)) if k not in set(kept))
         return Tree(tuple(steps), cuts)
+
+    def recentred(self, number: int, R_FM: Matrix) -> Graph:
+        """With a twin beside a joint of three turns, whose angles vanish at orientation `R_FM`.
+
+        Three angles are not defined everywhere; the twin's are, near that orientation. It is a
+        joint that is free, closes nothing, and takes the other's place in trees; its coordinates
+        come after all others.
+        """
+        joint = self.joints[number]
+        slides = tuple(pair for pair in joint.pairs if pair.slides)
+        first = len(self.coordinates)
+        twin = replace(
+            joint,
+            name=f"{joint.name}~",
+            kind="free",
+            pairs=(*slides, X_TURN, Y_TURN, Z_TURN),
+            tail=R_FM,
+            first=first,
+            actuated=False,
+        )
+        free = (-math.inf, math.inf)
+        named = tuple(
+            Coordinate(f"{twin.name}.{k}", len(self.joints), not pair.slides, False, free)
+            for k, pair in enumerate(twin.pairs, start=1)
+        )
+        return replace(
+            self,
+            joints=(*self.joints, twin),
+            coordinates=(*self.coordinates, *named),
+            twins={**self.twins, number: len(self.joints)},
+        )
+
+    @property
+    def plain(self) -> Graph:
+        """Without the twins."""
+        if not self.twins:
+            return self
+        joints = self.joints[: -len(self.twins)]
+        count = sum(len(joint.pairs) for joint in joints)
+        return replace(self, joints=joints, coordinates=self.coordinates[:count], twins={})
 
     def split(self, number: int) -> Graph:
         """The same with a joint of several freedoms as a chain of single ones, nothing between.

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
-from parakin import closure
+from parakin import closure, spatial
 from parakin.assembly import (
     Configuration,
     FloatArray,
@@ -40,6 +40,7 @@ from parakin.plan import Affine, Block, Plan
 
 _ZERO = 1e-9  # a derivative this small, in scaled units, is none
 _AFFINE = 1e-12  # slopes that differ by no more from place to place are the same
+_LEVEL = 0.3  # volume of a joint's three axes below which it is told by other angles inside
 _SPREAD = 0.7  # how far coordinates are thrown to see what a row does not depend on
 
 
@@ -60,12 +61,14 @@ def plan_of(
     Raises DrivenError where the driven coordinates do not determine the motion at home, or where
     no tree leaves out those joints and keeps the driven ones.
     """
+    plain, whole = graph.plain, home
+    graph, home = unlocked(plain, home, driven)
     samples = neighbours(graph, graph.posed_tree(), home, 3) or [home]
     idle = check_driven(graph, driven, home, samples)
-    opened, home = _with_room(graph, (*driven, *idle), home)
-    if opened is not graph:
-        graph = opened
-        samples = neighbours(graph, graph.posed_tree(), home, 3) or [home]
+    inside = [k for k in idle if k < len(plain.coordinates)]
+    opened, apart = _with_room(plain, (*driven, *inside), whole)
+    if opened is not plain:
+        return plan_of(opened, driven, apart, cut, zero=zero, everywhere=everywhere)
     firm = {graph.coordinates[k].joint for k in (*driven, *idle)}
     tree = graph.tree(first=firm, last=cut)
     if not set(cut) <= set(tree.cuts):
@@ -96,7 +99,7 @@ def plan_of(
         if graph.platform is not None and _cost(best[1]) > len(best[1]):
             # Where nothing much is gained by it, a block iterates better on the platform's pose
             # than on some limb's angles.
-            held = firm | {graph.platform}
+            held = firm | {graph.twins.get(graph.platform, graph.platform)}
             posed = _analysed(graph, graph.tree(first=held), driven, affine, samples)
             posed = _improved(graph, posed, held, driven, affine, samples)
             best = min(best, posed, key=lambda found: _cost(found[1]) * (2 if found is best else 1))
@@ -121,6 +124,22 @@ def plan_of(
         tuple(idle),
         tuple(spared),
     )
+
+
+def unlocked(graph: Graph, at: Configuration, held: Sequence[int]) -> tuple[Graph, Configuration]:
+    """With a twin beside every joint whose three angles are nearly undefined, none of them held."""
+    q = at.q
+    for k, joint in enumerate(graph.joints):
+        turns = [n for n in joint.coordinates if graph.coordinates[n].angle]
+        if len(turns) != 3 or set(turns) & set(held):
+            continue
+        if abs(np.linalg.det(at.screws[:3, turns])) > _LEVEL:
+            continue
+        end = at.ends[k]
+        graph = graph.recentred(k, spatial.compose(spatial.transpose(end.F.R), end.M.R))
+        slides = [n for n in joint.coordinates if n not in turns]
+        q = np.concatenate([q, at.q[slides], np.zeros(3)])
+    return (graph, configure(graph, graph.posed_tree(), q)) if graph.twins else (graph, at)
 
 
 def _with_room(

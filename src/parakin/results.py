@@ -37,7 +37,7 @@ def dataset(
     """
     import xarray as xr
 
-    graph, n, rows = solver.graph, len(solver.coordinates), solver.layout.rows
+    graph, n = solver.graph, len(solver.coordinates)
     numbers = {c.name: k for k, c in enumerate(graph.coordinates)}
     units = [
         "rad" if name in graph.cones else graph.coordinates[numbers[name]].unit
@@ -48,10 +48,10 @@ def dataset(
     ]
     over = ("time", "coordinate")
     variables: dict[str, Any] = {
-        quantity: (over, out[k * rows : k * rows + n].T, {"units": _UNITS[k]})
+        quantity: (over, out[k * n : (k + 1) * n].T, {"units": _UNITS[k]})
         for k, quantity in enumerate(ORDERS[: solver.derivatives + 1])
     }
-    checks = solver.layout.checks
+    checks = n * (solver.derivatives + 1)
     variables |= {
         "status": ("time", status, _status_attributes()),
         "residual": ("time", out[checks], {"long_name": "norm of all closure rows", "units": "m"}),

@@ -16,15 +16,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from parakin import closure
-from parakin.assembly import circuits_at, configure, coordinate_scales
-from parakin.bodies import Figures, Points, points_of
+from parakin.assembly import Configuration, circuits_at, configure, coordinate_scales
+from parakin.atlas import Chart
+from parakin.bodies import Points, points_of
 from parakin.branches import Search, branches
 from parakin.course import Course
 from parakin.errors import InputError, nearest
 from parakin.files import load_motion
 from parakin.graph import Graph
-from parakin.kernel import CHECKS, Outputs, has_unsigned, newton_unknowns, unknowns_of
-from parakin.machine import make_kernel, output_count
+from parakin.kernel import CHECKS, Outputs, newton_unknowns
+from parakin.machine import POINT_FIGURES
 from parakin.motion import Motion, Samples
 from parakin.ordering import plan_of
 from parakin.plan import Plan
@@ -35,22 +36,18 @@ from parakin.status import (
     RESIDUAL,
     SINGULAR,
     FloatArray,
-    Layout,
-    Run,
     Status,
     StatusArray,
     classify,
 )
-from parakin.tracking import Track
+from parakin.tracking import Piece, Track
 from parakin.walking import State, iterate, walk
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_STEPS = 3  # Newton steps per run of a kernel: round-off from one or two hundredths away
 _WILD = 1e100  # numbers beyond this may overflow on the way to accelerations
 _TURNS = 1e6  # of an angle: beyond, it is known to less than 1e-9 rad
-_SPREAD = 8192  # batches smaller than this are not worth a second core
 
 
 class Tick(NamedTuple):
@@ -88,27 +85,28 @@ class Solver:
         *,
         machine_code: bool,
     ) -> None:
-        self.graph = graph = plan.graph
+        self.graph = graph = plan.graph.plain
         self.plan = plan
         self.mechanism = graph.mechanism
         self.machine_code = machine_code
+        self._chart = Chart(plan, outputs, reported, machine_code)
+        self._charts = [self._chart]
         self.driven = tuple(graph.coordinates[k].name for k in plan.driven)
         self.coordinates = tuple(self._name(c) for c in outputs.coordinates[:reported])
         self.derivatives = outputs.derivatives
         self.home: Mapping[str, float] = home_values(graph, plan)
         self._outputs = outputs
-        self.layout = _layout(plan, outputs, reported)
+        self.layout = self._chart.layout
         self._iterated = newton_unknowns(plan)
         self.iterated = tuple(self._name(c) for c in self._iterated)
         self._hidden = tuple(n for n in self.iterated if n not in self.coordinates)
-        self._kernel = make_kernel(plan, outputs, machine_code=machine_code, steps=_STEPS)
-        self._body_figures: dict[tuple[object, ...], Figures] = {}
-        self._results = output_count(outputs)
+        self._run = self._chart.run
+        _ = self._chart.kernel  # compiled now and not at the first pose
 
     def _name(self, coordinate: int | str) -> str:
         if isinstance(coordinate, str):
             return coordinate
-        return self.graph.coordinates[coordinate].name
+        return self.plan.graph.coordinates[coordinate].name
 
     def __repr__(self) -> str:
         how = "machine code" if self.machine_code else "NumPy"
@@ -119,13 +117,8 @@ class Solver:
         orders = 1 + self.derivatives
         driven, found = np.zeros((orders, k)), np.zeros((orders, m))
         driven[0] = [self.home[name] for name in self.driven]
-        found[0] = [self.home[self._name(c)] for c in self._iterated]
+        found[0] = [self.plan.home[c] - self.plan.offset(c) for c in self._iterated]
         return State(driven, found)
-
-    def _run(self, inputs: FloatArray, *, parallel: bool = False) -> FloatArray:
-        out = np.empty((self._results, *inputs.shape[1:]))
-        self._kernel(inputs, out, parallel and inputs.shape[-1] >= _SPREAD)
-        return out
 
     def at(
         self,
@@ -305,7 +298,7 @@ class Solver:
         columns = inputs[:, None] if inputs.ndim == 1 else inputs
         walked: StatusArray | None = None
         if guess is None:
-            run, layout = self._walker
+            run, layout = self._chart.walker
             goal = columns[: len(self.driven)]
             steps, walked = walk(run, layout, self._home_state(), goal, self._units)
             start = steps[layout.found[0]]
@@ -323,20 +316,6 @@ class Solver:
         """Of driven coordinates: 1 for angles, else the characteristic length."""
         return coordinate_scales(self.graph)[list(self.plan.driven)]
 
-    @cached_property
-    def _walker(self) -> tuple[Run, Layout]:
-        """What walks from home: the coordinates that are solved for and their rates alone."""
-        outputs = Outputs(tuple(unknowns_of(self.plan)), derivatives=2)
-        kernel = make_kernel(self.plan, outputs, machine_code=self.machine_code, steps=_STEPS)
-        rows = output_count(outputs)
-
-        def run(inputs: FloatArray) -> FloatArray:
-            out = np.empty((rows, inputs.shape[1]))
-            kernel(inputs, out, False)
-            return out
-
-        return run, _layout(self.plan, outputs, len(outputs.coordinates))
-
     def poses(self, y: ArrayLike, tick: Tick) -> tuple[FloatArray, FloatArray]:
         """Where every body stands at a pose that `at` gave for `y`, (k,).
 
@@ -348,7 +327,7 @@ class Solver:
         points = points_of(self.graph, True)
         samples = Samples(np.zeros(1), place, zero, zero)
         found = (tick.found if self._hidden else tick.position[self.layout.found[0]])[:, None]
-        blocks = self._figures(points).at(samples, found, False).reshape(len(points), 24, 1)
+        blocks = self._chart.figures(points, samples, found, False).reshape(len(points), 24, 1)
         return blocks[:, :3, 0], quaternions(blocks[:, 3:12], None)[0]
 
     def motion(
@@ -398,7 +377,8 @@ class Solver:
         for name in values or {}:
             if name not in self.driven:
                 raise InputError("values", f"{name!r}", nearest(name, self.driven))
-        home = configure(self.graph, self.plan.tree, self.plan.home)
+        home = configure(self.plan.graph, self.plan.tree, self.plan.home)
+        home = configure(self.graph, self.graph.posed_tree(), home.q[: len(self.graph.coordinates)])
         plan = plan_of(self.graph, self.plan.driven, home, zero=self.plan.zero, everywhere=True)
         return branches(plan, values, starts)
 
@@ -432,23 +412,51 @@ class Solver:
         motion = motion.reordered(self.driven)
         points = points_of(self.graph, bodies)
         course = Course(motion)
-        track = Track(self._run, self.layout, course, self._home_state(), self._units)
+        track = Track(self._chart, course, self._home_state(), self._units, self._others)
         last: xr.Dataset | None = None
         for start in range(0, motion.count, size):
             samples = motion.window(start, min(start + size, motion.count))
             if samples.jerk is None and self.derivatives > 2:
                 known = "position, velocity and acceleration"
                 raise InputError(f"motion {motion.name}", known, "jerk too, or position alone")
-            out, status = track.solve(samples, lambda y: self._run(y, parallel=parallel))
+            pieces, status = track.solve(samples, parallel=parallel)
+            out = self._told(pieces, len(status))
             self._limit(out, status)
-            figures = None
-            if points:
-                found = out[self.layout.found[0]]
-                figures = self._figures(points).at(samples, found, parallel)
-                figures[:, np.isnan(out[self.layout.checks])] = np.nan
+            figures = self._figures(points, pieces, samples, parallel) if points else None
             ds = dataset(self, motion, samples.time, out, status, list(points), figures, last)
             last = ds
             yield ds
+
+    def _others(self, chart: Chart, at: Configuration) -> Iterator[Chart]:
+        """Charts that may serve at a configuration where one does no more."""
+        yield from [other for other in self._charts if other is not chart]
+        made = chart.another(at)
+        if made is not None:
+            self._charts.append(made)
+            yield made
+
+    def _told(self, pieces: Sequence[Piece], n: int) -> FloatArray:
+        """What is reported of samples, all orders, then the checks; NaN where not solved."""
+        rows, orders = self.layout.reported, 1 + self.derivatives
+        if len(pieces) == 1 and pieces[0].out.shape == (rows * orders + CHECKS, n):
+            return pieces[0].out
+        out = np.full((rows * orders + CHECKS, n), np.nan)
+        for start, stop, chart, found in pieces:
+            place = chart.layout
+            for order in range(orders):
+                told = found[place.rows * order : place.rows * order + rows]
+                out[rows * order : rows * (order + 1), start:stop] = told
+            out[rows * orders :, start:stop] = found[place.checks :]
+        return out
+
+    def _figures(
+        self, points: Points, pieces: Sequence[Piece], samples: Samples, parallel: bool
+    ) -> FloatArray:
+        figures = np.full((POINT_FIGURES * len(points), len(samples.time)), np.nan)
+        for start, stop, chart, found in pieces:
+            inside, guess = samples.cropped(start, stop), found[chart.layout.found[0]]
+            figures[:, start:stop] = chart.figures(points, inside, guess, parallel)
+        return figures
 
     def _limit(self, out: FloatArray, status: StatusArray) -> None:
         for row, name in enumerate(self.coordinates):
@@ -456,13 +464,6 @@ class Solver:
             if not (np.isinf(low) and np.isinf(high)):
                 outside = (out[row] < low) | (out[row] > high)
                 status[outside & (status == Status.CONVERGED)] = Status.LIMIT_EXCEEDED
-
-    def _figures(self, points: Points) -> Figures:
-        """Kept, since a kernel takes a while to compile."""
-        key = tuple(points.items())
-        if key not in self._body_figures:
-            self._body_figures[key] = Figures.of(self.plan, points, machine_code=self.machine_code)
-        return self._body_figures[key]
 
 
 def _tame(inputs: FloatArray) -> bool:
@@ -495,29 +496,3 @@ def home_values(graph: Graph, plan: Plan) -> dict[str, float]:
         end = closure.ends(circuits, joint)
         home[name] = float(closure.cone(circuits, joint, end, FLOATS, derivatives=0)[0])
     return home
-
-
-def _layout(plan: Plan, outputs: Outputs, reported: int) -> Layout:
-    n = len(outputs.coordinates)
-    place = {c: row for row, c in enumerate(outputs.coordinates)}
-    iterated = newton_unknowns(plan)
-    unknowns = [k for k in unknowns_of(plan) if k in place]
-    found = np.array([place[k] for k in iterated], dtype=np.intp)
-    angles = [
-        row
-        for c, row in place.items()
-        if isinstance(c, int)
-        and plan.graph.coordinates[c].angle
-        and c not in {*plan.affine, *iterated}
-    ]
-    orders = outputs.derivatives + 1
-    return Layout(
-        reported,
-        n,
-        n * orders,
-        np.array([found + n * order for order in range(orders)]),
-        np.array([place[k] for k in unknowns], dtype=np.intp),
-        coordinate_scales(plan.graph)[unknowns],
-        np.array(angles, dtype=np.intp),
-        has_unsigned(plan),
-    )

@@ -1,356 +1,183 @@
 """Along a motion from home, on the branch that a slow hand would follow, and no further.
 
-The motion is walked in its own steps (`parakin.course`). Where the rule of `parakin.continuity`
-does not hold from one end of a step to the other, the step is halved, until it holds or nothing is
-left of it: there the motion ends. The samples asked for lie on that walk and are held to the same
-rule. So neither the number of samples nor windows nor threads have a say in what they are told.
+The motion is walked in its own steps (`parakin.course`), by the rule of `parakin.continuity`, from
+chart to chart where a plan no longer serves. The samples asked for lie on that walk and are held
+to the same rule. So neither the number of samples nor windows nor threads have a say in what they
+are told.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from parakin.continuity import (
-    ASIDE,
-    BoolArray,
-    counted_on,
-    follows,
-    foretold,
-    moment,
-    pace_of,
-    stays_clear,
-)
-from parakin.course import Course, hermite
-from parakin.kernel import CHECKS
+from parakin.assembly import Configuration
+from parakin.atlas import Chart
+from parakin.course import Course
+from parakin.kernel import newton_unknowns
 from parakin.motion import Samples
-from parakin.status import FloatArray, Layout, Run, Status, StatusArray, classify
-from parakin.walking import State, iterate, walk
+from parakin.status import FloatArray, Status, StatusArray, classify
+from parakin.stretch import Ending, Nodes, Stretch, joined
+from parakin.walking import State, walk
 
 _AT_ONCE = 512  # steps of the motion's own that are looked at together
-_HALVED = 32  # steps halved at once, counted from the first that does not hold
-_READ = 2.0**-12  # of a step: as far as the turns of angles that are read off are looked into
-_PARTS = 50_000  # moments; what needs more of them for a few hundred steps is too wild
-_BLOWN = 5.0  # times what they were a hundred moments before: velocities at an end of reach
+_FIRM = 1e-3  # of what it is at home: how firmly loops hold a pose that is not singular
+_POORER = 30.0  # times: a plan's own figure below that is the plan's fault
+_GOOD = 0.05  # figure of a plan where another takes over
+_SERVES = 0.3  # and figure that this other must have there
+_SAME = 1e-9  # radians and characteristic lengths between a pose on one chart and on the next
+
+Charts = Callable[[Chart, Configuration], Iterable[Chart]]
 
 
-class Nodes(NamedTuple):
-    """Moments of a walk: time (n,), driven values (orders, k, n), all outputs (rows, n), and the
-    width of the motion's own step that each lies in or ends (n,).
-    """
+class Piece(NamedTuple):
+    """Consecutive samples on one chart: from `start` to before `stop`, and all outputs of them."""
 
-    time: FloatArray
-    driven: FloatArray
+    start: int
+    stop: int
+    chart: Chart
     out: FloatArray
-    step: FloatArray
-
-    def part(self, chosen: NDArray[np.intp] | slice) -> Nodes:
-        return Nodes(*(array[..., chosen] for array in self))
-
-
-class Ending(NamedTuple):
-    """The last moment that can be reached, and why it is the last."""
-
-    time: float
-    status: Status
 
 
 class Track:
     """A walk along a motion from home, made as far as it is asked for.
 
-    run, layout: the kernel and where its outputs lie; home: where the walk to the motion's start
-    begins; units (k,): of the driven coordinates, as `Layout` has those of the unknowns.
+    home: where the walk to the motion's start begins; units (k,): of the driven coordinates, 1 for
+    angles, else the characteristic length. charts: others that may serve at a configuration.
     """
 
     def __init__(
-        self, run: Run, layout: Layout, course: Course, home: State, units: FloatArray
+        self, chart: Chart, course: Course, home: State, units: FloatArray, charts: Charts
     ) -> None:
-        self._run, self._layout, self._course, self._home = run, layout, course, home
-        self._units = units
-        self._watched = np.union1d(layout.unknowns, layout.angles)
-        order = {row: place for place, row in enumerate(layout.unknowns.tolist())}
-        self._solved = np.array([row in order for row in self._watched.tolist()], dtype=bool)
-        self._watched_units = np.array(
-            [layout.units[order[row]] if row in order else 1.0 for row in self._watched.tolist()]
-        )
-        self._turning = np.isin(self._watched, layout.angles)
-        self._nodes: Nodes | None = None
+        self._course, self._home, self._units, self._charts = course, home, units, charts
+        self._walks: list[tuple[Stretch, Nodes]] = []  # the last goes on
+        self._first = Stretch(chart, course, units)
         self._ending: Ending | None = None
         self._told = False
 
-    def solve(self, samples: Samples, run: Run) -> tuple[FloatArray, StatusArray]:
-        """Outputs and statuses of samples, windows being asked for one after the other.
-
-        run: the kernel, on as many threads as are wanted.
-        """
-        n = len(samples.time)
-        out = np.full((self._layout.checks + CHECKS, n), np.nan)
+    def solve(self, samples: Samples, *, parallel: bool) -> tuple[list[Piece], StatusArray]:
+        """Samples that can be reached, and the status of all; windows come one after the other."""
+        time, n = samples.time, len(samples.time)
         status = np.full(n, Status.NOT_REACHED, dtype=np.int8)
-        reached = 0
+        pieces: list[Piece] = []
         if not self._told:
-            self._reach(float(samples.time[0]), float(samples.time[-1]))
-            while reached := self._within(samples.time):
-                inside = samples.cropped(0, reached)
-                found, doubtful = self._placed(inside, run)
-                if doubtful is None:
-                    out[:, :reached], status[:reached] = found, Status.CONVERGED
-                    break
-                self._look_closer(doubtful)
+            self._reach(float(time[0]), float(time[-1]))
+            while not self._placed(samples, pieces, parallel):
+                pieces = []
+        reached = pieces[-1].stop if pieces else 0
+        status[:reached] = Status.CONVERGED
         if reached < n and not self._told and self._ending is not None:
             self._told = True
             status[reached] = self._ending.status
-        return out, status
+        return pieces, status
 
-    def _within(self, time: FloatArray) -> int:
-        """How many of these times are not after the ending."""
-        if self._ending is None:
-            return len(time)
-        return int(np.searchsorted(time, self._ending.time, side="right"))
+    def _placed(self, samples: Samples, pieces: list[Piece], parallel: bool) -> bool:
+        """Put samples on the walk. False if one did not fit, and the walk was looked into."""
+        start = 0
+        for number, (stretch, nodes) in enumerate(self._walks):
+            last = number == len(self._walks) - 1
+            until = float(nodes.time[-1])
+            if last:
+                until = np.inf if self._ending is None else self._ending.time
+            stop = int(np.searchsorted(samples.time, until, side="right"))
+            if stop > start:
+                inside = samples.cropped(start, stop)
+                out, doubtful = stretch.placed(nodes, inside, parallel=parallel)
+                if doubtful is not None:
+                    self._look_closer(number, doubtful)
+                    return False
+                pieces.append(Piece(start, stop, stretch.chart, out))
+                start = stop
+        return True
 
-    # ---- the walk
+    def _look_closer(self, number: int, time: float) -> None:
+        stretch, nodes = self._walks[number]
+        nodes, ending = stretch.closer(nodes, time)
+        self._walks[number] = (stretch, nodes)
+        if ending:
+            self._walks, self._ending = self._walks[: number + 1], ending
 
     def _reach(self, first: float, until: float) -> None:
         """Walk on until `until` is covered; what lies before `first` is needed no more."""
-        if self._nodes is None:
+        if not self._walks:
             self._enter(float(self._course.steps(-np.inf, -np.inf)[0]))
-        assert self._nodes is not None
-        while self._ending is None and self._nodes.time[-1] < until:
-            last = float(self._nodes.time[-1])
-            ends = self._course.steps(last, until)[:_AT_ONCE]
-            head = self._nodes.part(slice(-1, None))
-            steps = np.diff(ends, prepend=last)
-            if len(self._layout.found[0]):
-                found, self._ending = self._stepped(head, ends, steps)
-            else:
-                ahead = self._evaluated(ends, steps, np.empty((0, len(ends))))
-                found, self._ending = self._certified(_joined(head, ahead))
-            self._nodes = _joined(self._nodes, found.part(slice(1, None)))
-        kept = int(np.searchsorted(self._nodes.time, first, side="right")) - 1
-        self._nodes = self._nodes.part(slice(max(kept, 0), None))
+        while self._ending is None and self._walks[-1][1].time[-1] < until:
+            stretch, nodes = self._walks[-1]
+            ends = self._course.steps(float(nodes.time[-1]), until)[:_AT_ONCE]
+            found, ending = stretch.walked(nodes.part(slice(-1, None)), ends)
+            nodes = joined(nodes, found.part(slice(1, None)))
+            self._walks[-1] = (stretch, nodes)
+            if ending and not self._changed_chart(ending):
+                self._ending = ending
+        while len(self._walks) > 1 and self._walks[0][1].time[-1] < first:
+            self._walks.pop(0)
+        stretch, nodes = self._walks[0]
+        kept = max(int(np.searchsorted(nodes.time, first, side="right")) - 1, 0)
+        self._walks[0] = (stretch, nodes.part(slice(kept, None)))
 
     def _enter(self, time: float) -> None:
         """From home to where the motion begins."""
-        driven = self._course.at(np.array([time]), len(self._layout.found))
+        chart = self._first.chart
+        layout = chart.layout
+        driven = self._course.at(np.array([time]), len(layout.found))
         guess = np.empty((0, 1))
         status = Status.CONVERGED
-        if len(self._layout.found[0]):
-            out, walked = walk(self._run, self._layout, self._home, driven[0], self._units)
-            guess, status = out[self._layout.found[0]], Status(int(walked[0]))
-        self._nodes = self._evaluated(np.array([time]), np.ones(1), guess)
-        status = status or Status(int(classify(self._nodes.out, self._layout)[0]))
+        if len(layout.found[0]):
+            run, place = chart.walker
+            out, walked = walk(run, place, self._home, driven[0], self._units)
+            guess, status = out[place.found[0]], Status(int(walked[0]))
+        nodes = self._first.evaluated(np.array([time]), np.ones(1), guess)
+        status = status or Status(int(classify(nodes.out, layout)[0]))
+        self._walks = [(self._first, nodes)]
         if status != Status.CONVERGED:
             self._ending = Ending(-np.inf, status)
 
-    def _evaluated(self, time: FloatArray, step: FloatArray, guess: FloatArray) -> Nodes:
-        driven = self._course.at(time, len(self._layout.found))
-        return Nodes(time, driven, self._solved_at(driven, guess, self._run), step)
+    def _changed_chart(self, ending: Ending) -> bool:
+        """Go on with another chart, if it is only the plan that ends here and not the mechanism."""
+        stretch, nodes = self._walks[-1]
+        chart, row = stretch.chart, stretch.chart.layout.checks + 1
+        if ending.status == Status.NOT_SMOOTH or len(nodes.time) < 2:
+            return False
+        last = chart.configuration(nodes.driven[0, :, -1], nodes.out[:, -1])
+        firm = chart.firm(last)
+        if not firm > max(_FIRM, _POORER * float(nodes.out[row, -1])):
+            return False
+        good = np.flatnonzero(nodes.out[row, 1:] > _GOOD) + 1
+        place = int(good[-1]) if len(good) else len(nodes.time) - 1
+        at = chart.configuration(nodes.driven[0, :, place], nodes.out[:, place])
+        for other in self._charts(chart, at):
+            begun = self._begun(other, nodes.part(slice(place, place + 1)), at)
+            if begun is not None:
+                self._walks[-1] = (stretch, nodes.part(slice(0, place + 1)))
+                self._walks.append(begun)
+                return True
+        return False
 
-    def _solved_at(self, driven: FloatArray, guess: FloatArray, run: Run) -> FloatArray:
-        inputs = driven.reshape(-1, driven.shape[2])
-        return iterate(run, self._layout, inputs, guess) if len(guess) else run(inputs)
-
-    def _stepped(
-        self, head: Nodes, ends: FloatArray, steps: FloatArray
-    ) -> tuple[Nodes, Ending | None]:
-        """Where a guess is needed: moment by moment, each foretold by the one before."""
-        found = [head]
-        pending = list(zip(ends.tolist(), steps.tolist(), strict=True))[::-1]
-        while pending:
-            time, step = pending[-1]
-            here = found[-1]
-            h = time - float(here.time[0])
-            x, v, a = here.out[self._layout.found[:3]]
-            guess = x + h * (v + 0.5 * h * a)
-            ahead = self._evaluated(np.array([time]), np.array([step]), guess)
-            pair = self._unwrapped(_joined(here, ahead))
-            smooth, read = self._judged(pair)
-            narrow = h <= moment(time)
-            if smooth[0] and (read[0] or h <= _READ * step):
-                found.append(pair.part(slice(1, None)))
-                pending.pop()
-            elif (narrow and not smooth[0]) or len(found) > _PARTS:
-                walked = _joined(*found)
-                return walked, self._ending_of(walked, pair)
-            else:
-                pending.append((time - 0.5 * h, step))
-        return _joined(*found), None
-
-    def _certified(self, nodes: Nodes) -> tuple[Nodes, Ending | None]:
-        """Moments from the first of these, which holds, to the last, or as far as it goes."""
-        while True:
-            nodes = self._unwrapped(nodes)
-            smooth, read = self._judged(nodes)
-            h = np.diff(nodes.time)
-            open_ = ~(smooth & (read | (h <= _READ * nodes.step[1:])))
-            if not open_.any():
-                return nodes, None
-            first = int(np.argmax(open_))
-            time = float(nodes.time[first + 1])
-            if (not smooth[first] and h[first] <= moment(time)) or len(nodes.time) > _PARTS:
-                walked = nodes.part(slice(0, first + 1))
-                return walked, self._ending_of(walked, nodes.part(slice(first, first + 2)))
-            places = first + np.flatnonzero(open_[first : first + _HALVED])
-            places = places[h[places] > moment(time)]
-            nodes = self._with_middles(nodes, places)
-
-    def _with_middles(self, nodes: Nodes, places: NDArray[np.intp]) -> Nodes:
-        """With a moment in the middle of each of these intervals, where it can be solved."""
-        time = 0.5 * (nodes.time[places] + nodes.time[places + 1])
-        guess = np.empty((0, len(time)))
-        if len(self._layout.found[0]):
-            guess = hermite(nodes.time, nodes.out[self._layout.found[:3]], time)
-        middles = self._evaluated(time, nodes.step[places + 1], guess)
-        return Nodes(
-            *(
-                np.insert(array, places + 1, new, axis=-1)
-                for array, new in zip(nodes, middles, strict=True)
-            )
-        )
-
-    def _look_closer(self, time: float) -> None:
-        """Halve the step in which a sample does not follow from the moment before it."""
-        assert self._nodes is not None
-        nodes = self._nodes
-        place = min(int(np.searchsorted(nodes.time, time, side="right")), len(nodes.time) - 1) - 1
-        pair = nodes.part(slice(place, place + 2))
-        if place < 0 or pair.time[1] - pair.time[0] <= moment(time):
-            before = nodes.part(slice(0, max(place, 0) + 1))
-            self._nodes, self._ending = before, self._ending_of(before, pair)
-            return
-        found, ending = self._certified(self._with_middles(pair, np.array([0])))
-        rest = [] if ending else [nodes.part(slice(place + 2, None))]
-        self._nodes = _joined(nodes.part(slice(0, place)), found, *rest)
-        self._ending = ending or self._ending
-
-    # ---- the rule
-
-    def _orders_of(self, out: FloatArray) -> FloatArray:
-        """Position, velocity and acceleration of what is watched, (3, m, n)."""
-        rows = self._watched + self._layout.rows * np.arange(3)[:, None]
-        orders: FloatArray = out[rows.ravel()].reshape(3, len(self._watched), out.shape[1])
-        return orders
-
-    def _unwrapped(self, nodes: Nodes) -> Nodes:
-        """Let angles run on past half a turn from home, from moment to moment."""
-        rows = self._layout.angles
-        if not len(rows) or len(nodes.time) < 2:
-            return nodes
-        orders = self._orders_of(nodes.out)[:, self._turning]
-        ahead = foretold(np.diff(nodes.time), orders[:, :, :-1], orders[:, :, 1:])
-        with np.errstate(invalid="ignore"):
-            turns = np.round((np.diff(orders[0]) - ahead) / (2 * np.pi))
-        if not np.any(turns[np.isfinite(turns)]):
-            return nodes
-        out = nodes.out.copy()
-        out[self._watched[self._turning], 1:] -= 2 * np.pi * np.cumsum(np.nan_to_num(turns), axis=1)
-        return nodes._replace(out=out)
-
-    def _judged(self, nodes: Nodes) -> tuple[BoolArray, BoolArray]:
-        """Of each interval, whether what is solved follows smoothly, and what is read off too."""
-        h = np.diff(nodes.time)
-        orders = self._orders_of(nodes.out)
-        before, after = orders[:, :, :-1], orders[:, :, 1:]
-        with np.errstate(all="ignore"):
-            good = classify(nodes.out.copy(), self._layout) == Status.CONVERGED
-            smooth = follows(
-                h, before, after, self._pace(nodes), self._watched_units, self._rough(nodes)[1:]
-            )
-            driven = nodes.driven[:3]
-            smooth_driven = follows(
-                h, driven[:, :, :-1], driven[:, :, 1:], self._pace(nodes), self._units, np.ones(1)
-            ).all(axis=0)
-        solved = np.logical_and.reduce(smooth[self._solved])
-        solved &= smooth_driven & good[1:] & good[:-1]
-        return self._clear(nodes, solved), np.logical_and.reduce(smooth)
-
-    def _clear(self, nodes: Nodes, smooth: BoolArray) -> BoolArray:
-        """Which of the intervals that are smooth do not pass a singularity in between."""
-        near = np.flatnonzero(smooth)
-        if not self._layout.unsigned or not len(near):
-            return smooth
-        row = self._layout.checks + 4
-        figure = nodes.out[row]
-        h = np.diff(nodes.time)[near]
-        sides = nodes.part(np.concatenate([near, near + 1]))
-        aside = ASIDE * np.concatenate([h, -h])
-        driven = sides.driven.copy()
-        for order in range(len(driven) - 1):
-            driven[order] += aside * driven[order + 1]
-        driven[0] += 0.5 * aside**2 * sides.driven[2]
-        guess = np.empty((0, len(aside)))
-        if len(self._layout.found[0]):
-            x, v, a = sides.out[self._layout.found[:3]]
-            guess = x + aside * (v + 0.5 * aside * a)
-        out = self._solved_at(driven, guess, self._run)
-        ahead, behind = np.split(out[row], 2)
-        with np.errstate(all="ignore"):
-            clear = stays_clear(h, figure[near], figure[near + 1], ahead, behind)
-        kept = smooth.copy()
-        kept[near] = clear
-        return kept
-
-    def _pace(self, nodes: Nodes) -> FloatArray:
-        scaled = nodes.driven[:3] / self._units[:, None]
-        return pace_of(scaled[:, :, :-1], scaled[:, :, 1:], nodes.step[1:])
-
-    def _rough(self, nodes: Nodes) -> FloatArray:
-        return np.asarray(nodes.out[self._layout.checks + 1])
-
-    def _ending_of(self, walked: Nodes, pair: Nodes) -> Ending:
-        """Why there is no way from the first to the second of a pair of moments."""
-        time = float(walked.time[-1])
-        driven = pair.driven[:3]
-        h = np.diff(pair.time)
-        pace = self._pace(pair)
-        if not follows(h, driven[..., :1], driven[..., 1:], pace, self._units, np.ones(1)).all():
-            return Ending(time, Status.NOT_SMOOTH)
-        if len(walked.time) > _PARTS:
-            return Ending(time, Status.NOT_SMOOTH)
-        if np.isnan(pair.out[self._layout.checks, 1]):
-            return Ending(time, Status.OUT_OF_REACH)
-        earlier = int(np.searchsorted(walked.time, time - 100 * moment(time), side="right")) - 1
-        velocity = np.abs(self._orders_of(walked.out)[1, self._solved])
-        blown = velocity[:, -1].max(initial=0.0) > _BLOWN * velocity[:, max(earlier, 0)].max(
-            initial=0.0
-        )
-        return Ending(time, Status.OUT_OF_REACH if blown else Status.BRANCH_CHANGE)
-
-    # ---- samples
-
-    def _placed(self, samples: Samples, run: Run) -> tuple[FloatArray, float | None]:
-        """Outputs of samples on the walk, and the time of the first that is not where it leads."""
-        assert self._nodes is not None
-        nodes, time = self._nodes, samples.time
-        orders = len(self._layout.found)
-        driven = np.array(samples.orders[:orders])
-        guess = np.empty((0, len(time)))
-        if len(self._layout.found[0]):
-            known = nodes.out[self._layout.found[:3]]
-            guess = (
-                hermite(nodes.time, known, time)
-                if len(nodes.time) > 1
-                else known[0].repeat(len(time), axis=1)
-            )
-        out = self._solved_at(driven, guess, run)
-        status = classify(out, self._layout)
-        left = np.searchsorted(nodes.time, time, side="right") - 1
-        counts = np.bincount(left, minlength=len(nodes.time))
-        before = self._orders_of(nodes.out).repeat(counts, axis=2)
-        after = self._orders_of(out)
-        h = time - nodes.time.repeat(counts)
-        turns = counted_on(h, before, after, self._turning)
-        if np.any(turns):
-            after[0] += 2 * np.pi * np.nan_to_num(turns)
-            out[self._watched] = after[0]
-        pace = np.append(self._pace(nodes), 0.0)[left] if len(nodes.time) > 1 else np.zeros(len(h))
-        rough = out[self._layout.checks + 1]
-        with np.errstate(invalid="ignore"):
-            smooth = follows(h, before, after, pace, self._watched_units, rough)
-        smooth = smooth[self._solved].all(axis=0) & (status == Status.CONVERGED)
-        return out, None if smooth.all() else float(time[int(np.argmin(smooth))])
+    def _begun(
+        self, chart: Chart, head: Nodes, before: Configuration
+    ) -> tuple[Stretch, Nodes] | None:
+        """The same moment on another chart, if it serves there and the pose is the same."""
+        stretch = Stretch(chart, self._course, self._units)
+        plan, layout = chart.plan, chart.layout
+        q = [before.q[k] if k < len(before.q) else plan.home[k] for k in newton_unknowns(plan)]
+        offsets = [plan.offset(k) for k in newton_unknowns(plan)]
+        guess = np.array(q).reshape(-1, 1) - np.array(offsets).reshape(-1, 1)
+        nodes = stretch.evaluated(head.time, head.step, guess)
+        if classify(nodes.out.copy(), layout)[0] != Status.CONVERGED:
+            return None
+        if not nodes.out[layout.checks + 1, 0] > _SERVES:
+            return None
+        there = chart.configuration(nodes.driven[0, :, 0], nodes.out[:, 0])
+        return (stretch, nodes) if _apart(before, there) < _SAME else None
 
 
-def _joined(*parts: Nodes) -> Nodes:
-    return Nodes(*(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)))
+def _apart(one: Configuration, other: Configuration) -> float:
+    """How far the bodies of a mechanism are from where they are in another configuration."""
+    length, worst = one.circuits.graph.length, 0.0
+    for body in range(len(one.circuits.graph.plain.bodies)):
+        here, there = one.circuits.pose(body), other.circuits.pose(body)
+        places, turns = np.subtract(here.p, there.p), np.subtract(here.R, there.R)
+        worst = max(worst, float(np.abs(places).max()) / length, float(np.abs(turns).max()))
+    return worst

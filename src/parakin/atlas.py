@@ -1,0 +1,157 @@
+"""Charts: a plan, compiled, and where it no longer serves another one made further on.
+
+A plan is good around the configuration that it was made at. Far from there its rows may say the
+same twice, or the three angles of a joint be undefined, though the mechanism is as regular as
+ever: `firmness` knows, which looks at all closure rows and at no plan.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from parakin.assembly import (
+    Configuration,
+    closure_system,
+    configure,
+    coordinate_scales,
+    full_screws,
+    loop_signs,
+)
+from parakin.bodies import Figures, Points
+from parakin.errors import ParakinError
+from parakin.kernel import Outputs, has_unsigned, newton_unknowns, unknowns_of
+from parakin.machine import Kernel, make_kernel, output_count
+from parakin.motion import Samples
+from parakin.ordering import plan_of
+from parakin.plan import Plan
+from parakin.status import FloatArray, Layout, Run
+
+STEPS = 3  # Newton steps per run of a kernel: round-off from one or two hundredths away
+_SPREAD = 8192  # batches smaller than this are not worth a second core
+
+
+@dataclass(frozen=True)
+class Chart:
+    """A plan compiled for what is to be reported, the first `reported` of `outputs.coordinates`."""
+
+    plan: Plan
+    outputs: Outputs
+    reported: int
+    machine_code: bool
+    _figures: dict[tuple[object, ...], Figures] = field(default_factory=dict)
+
+    @cached_property
+    def layout(self) -> Layout:
+        return layout_of(self.plan, self.outputs, self.reported)
+
+    @cached_property
+    def kernel(self) -> Kernel:
+        return make_kernel(self.plan, self.outputs, machine_code=self.machine_code, steps=STEPS)
+
+    @cached_property
+    def _results(self) -> int:
+        return output_count(self.outputs)
+
+    def run(self, inputs: FloatArray, *, parallel: bool = False) -> FloatArray:
+        out = np.empty((self._results, *inputs.shape[1:]))
+        self.kernel(inputs, out, parallel and inputs.shape[-1] >= _SPREAD)
+        return out
+
+    @cached_property
+    def walker(self) -> tuple[Run, Layout]:
+        """What walks from home: the coordinates that are solved for and their rates alone."""
+        outputs = Outputs(tuple(unknowns_of(self.plan)), derivatives=2)
+        chart = Chart(self.plan, outputs, len(outputs.coordinates), self.machine_code)
+        return chart.run, chart.layout
+
+    def figures(
+        self, points: Points, samples: Samples, found: FloatArray, parallel: bool
+    ) -> FloatArray:
+        """24 figures for each point, (rows, n); `found` are the iterated coordinates (m, n)."""
+        key = tuple(points.items())
+        if key not in self._figures:  # kept, since a kernel takes a while to compile
+            self._figures[key] = Figures.of(self.plan, points, machine_code=self.machine_code)
+        return self._figures[key].at(samples, found, parallel)
+
+    def configuration(self, driven: FloatArray, out: FloatArray) -> Configuration:
+        """All coordinates at a pose: driven ones (k,), and a column of outputs (rows,)."""
+        plan = self.plan
+        q = np.array(plan.home, dtype=float)
+        for row, k in enumerate(self.outputs.coordinates):
+            if isinstance(k, int):
+                q[k] = out[row] + plan.offset(k)
+        counted = np.array([y + plan.offset(k) for k, y in zip(plan.driven, driven, strict=True)])
+        for k, entry in plan.affine.items():
+            q[k] = entry.constant
+            for j, factor in entry.factors:
+                q[k] += factor * counted[plan.driven.index(j)]
+        return configure(plan.graph, plan.tree, q)
+
+    @cached_property
+    def _firm_at_home(self) -> float:
+        return firmness(self.plan, configure(self.plan.graph, self.plan.tree, self.plan.home))
+
+    def firm(self, at: Configuration) -> float:
+        """How firmly the loops hold a pose, driven coordinates given: 0 if singular, 1 at home."""
+        return firmness(self.plan, at) / self._firm_at_home
+
+    def another(self, at: Configuration) -> Chart | None:
+        """A chart for the same outputs around another configuration, if there is one."""
+        graph = self.plan.graph.plain
+        q = at.q[: len(graph.coordinates)]
+        try:
+            there = configure(graph, graph.posed_tree(), q)
+            plan = plan_of(graph, self.plan.driven, there, zero=self.plan.zero)
+        except (ParakinError, np.linalg.LinAlgError):
+            return None
+        chosen = self.outputs.coordinates[: self.reported]
+        watched = [k for k in unknowns_of(plan) if k not in chosen]
+        outputs = replace(self.outputs, coordinates=(*chosen, *watched))
+        return Chart(plan, outputs, self.reported, self.machine_code)
+
+
+def firmness(plan: Plan, at: Configuration) -> float:
+    """The least singular value of all closure rows by all coordinates that are not driven.
+
+    `at` is a configuration in the plan's tree. Joints of three turns count by three axes at right
+    angles, whatever their angles.
+    """
+    graph, tree = plan.graph, plan.tree
+    held = {*plan.driven, *plan.idle}
+    free = [k for k in graph.inside(tree) if k not in held]
+    if not free:
+        return 1.0
+    at = replace(at, screws=full_screws(graph, at, held))
+    _, jacobian, _ = closure_system(graph, tree, at, loop_signs(graph, tree))
+    matrix = jacobian[:, free] * coordinate_scales(graph)[free]
+    values = np.linalg.svd(matrix, compute_uv=False)
+    return float(values[-1]) if len(matrix) >= len(free) else 0.0
+
+
+def layout_of(plan: Plan, outputs: Outputs, reported: int) -> Layout:
+    n = len(outputs.coordinates)
+    place = {c: row for row, c in enumerate(outputs.coordinates)}
+    iterated = newton_unknowns(plan)
+    unknowns = [k for k in unknowns_of(plan) if k in place]
+    found = np.array([place[k] for k in iterated], dtype=np.intp)
+    angles = [
+        row
+        for c, row in place.items()
+        if isinstance(c, int)
+        and plan.graph.coordinates[c].angle
+        and c not in {*plan.affine, *iterated}
+    ]
+    orders = outputs.derivatives + 1
+    return Layout(
+        reported,
+        n,
+        n * orders,
+        np.array([found + n * order for order in range(orders)]),
+        np.array([place[k] for k in unknowns], dtype=np.intp),
+        coordinate_scales(plan.graph)[unknowns],
+        np.array(angles, dtype=np.intp),
+        has_unsigned(plan),
+    )

@@ -1,0 +1,287 @@
+"""A stretch of a motion on one chart: moments one after the other, held to the rule of continuity.
+
+Where the rule does not hold from one to the next, what lies between is halved until it does or
+nothing is left of it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from parakin.atlas import Chart
+from parakin.continuity import (
+    ASIDE,
+    BoolArray,
+    counted_on,
+    follows,
+    foretold,
+    moment,
+    pace_of,
+    stays_clear,
+)
+from parakin.course import Course, hermite
+from parakin.motion import Samples
+from parakin.status import FloatArray, Run, Status, classify
+from parakin.walking import iterate
+
+_HALVED = 32  # steps halved at once, counted from the first that does not hold
+_READ = 2.0**-12  # of a step: as far as the turns of angles that are read off are looked into
+_PARTS = 50_000  # moments; what needs more of them for a few hundred steps is too wild
+_BLOWN = 5.0  # times what they were a hundred moments before: velocities at an end of reach
+
+
+class Nodes(NamedTuple):
+    """Moments of a walk: time (n,), driven values (orders, k, n), all outputs (rows, n), and the
+    width of the motion's own step that each lies in or ends (n,).
+    """
+
+    time: FloatArray
+    driven: FloatArray
+    out: FloatArray
+    step: FloatArray
+
+    def part(self, chosen: NDArray[np.intp] | slice) -> Nodes:
+        return Nodes(*(array[..., chosen] for array in self))
+
+
+class Ending(NamedTuple):
+    """The last moment that can be reached, and why it is the last."""
+
+    time: float
+    status: Status
+
+
+class Stretch:
+    """Where a motion goes on one chart.
+
+    units (k,): of the driven coordinates, as `Layout` has those of the unknowns.
+    """
+
+    def __init__(self, chart: Chart, course: Course, units: FloatArray) -> None:
+        self.chart, self._course, self._units = chart, course, units
+        self._layout = layout = chart.layout
+        self._watched = np.union1d(layout.unknowns, layout.angles)
+        order = {row: place for place, row in enumerate(layout.unknowns.tolist())}
+        self._solved = np.array([row in order for row in self._watched.tolist()], dtype=bool)
+        self._watched_units = np.array(
+            [layout.units[order[row]] if row in order else 1.0 for row in self._watched.tolist()]
+        )
+        self._turning = np.isin(self._watched, layout.angles)
+
+    def evaluated(self, time: FloatArray, step: FloatArray, guess: FloatArray) -> Nodes:
+        driven = self._course.at(time, len(self._layout.found))
+        return Nodes(time, driven, self._solved_at(driven, guess, self.chart.run), step)
+
+    def _solved_at(self, driven: FloatArray, guess: FloatArray, run: Run) -> FloatArray:
+        inputs = driven.reshape(-1, driven.shape[2])
+        return iterate(run, self._layout, inputs, guess) if len(guess) else run(inputs)
+
+    def walked(self, head: Nodes, ends: FloatArray) -> tuple[Nodes, Ending | None]:
+        """On from one moment to the ends of steps, or as far as it goes; with that moment."""
+        steps = np.diff(ends, prepend=head.time)
+        if len(self._layout.found[0]):
+            return self._stepped(head, ends, steps)
+        ahead = self.evaluated(ends, steps, np.empty((0, len(ends))))
+        return self.certified(joined(head, ahead))
+
+    def closer(self, nodes: Nodes, time: float) -> tuple[Nodes, Ending | None]:
+        """Halve the interval in which a sample does not follow from the moment before it."""
+        place = min(int(np.searchsorted(nodes.time, time, side="right")), len(nodes.time) - 1) - 1
+        pair = nodes.part(slice(max(place, 0), place + 2))
+        if place < 0 or pair.time[1] - pair.time[0] <= moment(time):
+            walked = nodes.part(slice(0, max(place, 0) + 1))
+            return walked, self.ending_of(walked, pair)
+        found, ending = self.certified(self.with_middles(pair, np.array([0])))
+        rest = [] if ending else [nodes.part(slice(place + 2, None))]
+        return joined(nodes.part(slice(0, place)), found, *rest), ending
+
+    def _stepped(
+        self, head: Nodes, ends: FloatArray, steps: FloatArray
+    ) -> tuple[Nodes, Ending | None]:
+        """Where a guess is needed: moment by moment, each foretold by the one before."""
+        found = [head]
+        pending = list(zip(ends.tolist(), steps.tolist(), strict=True))[::-1]
+        while pending:
+            time, step = pending[-1]
+            here = found[-1]
+            h = time - float(here.time[0])
+            x, v, a = here.out[self._layout.found[:3]]
+            guess = x + h * (v + 0.5 * h * a)
+            ahead = self.evaluated(np.array([time]), np.array([step]), guess)
+            pair = self._unwrapped(joined(here, ahead))
+            smooth, read = self._judged(pair)
+            narrow = h <= moment(time)
+            if smooth[0] and (read[0] or h <= _READ * step):
+                found.append(pair.part(slice(1, None)))
+                pending.pop()
+            elif (narrow and not smooth[0]) or len(found) > _PARTS:
+                walked = joined(*found)
+                return walked, self.ending_of(walked, pair)
+            else:
+                pending.append((time - 0.5 * h, step))
+        return joined(*found), None
+
+    def certified(self, nodes: Nodes) -> tuple[Nodes, Ending | None]:
+        """Moments from the first of these, which holds, to the last, or as far as it goes."""
+        while True:
+            nodes = self._unwrapped(nodes)
+            smooth, read = self._judged(nodes)
+            h = np.diff(nodes.time)
+            open_ = ~(smooth & (read | (h <= _READ * nodes.step[1:])))
+            if not open_.any():
+                return nodes, None
+            first = int(np.argmax(open_))
+            time = float(nodes.time[first + 1])
+            if (not smooth[first] and h[first] <= moment(time)) or len(nodes.time) > _PARTS:
+                walked = nodes.part(slice(0, first + 1))
+                return walked, self.ending_of(walked, nodes.part(slice(first, first + 2)))
+            places = first + np.flatnonzero(open_[first : first + _HALVED])
+            places = places[h[places] > moment(time)]
+            nodes = self.with_middles(nodes, places)
+
+    def with_middles(self, nodes: Nodes, places: NDArray[np.intp]) -> Nodes:
+        """With a moment in the middle of each of these intervals, where it can be solved."""
+        time = 0.5 * (nodes.time[places] + nodes.time[places + 1])
+        guess = np.empty((0, len(time)))
+        if len(self._layout.found[0]):
+            guess = hermite(nodes.time, nodes.out[self._layout.found[:3]], time)
+        middles = self.evaluated(time, nodes.step[places + 1], guess)
+        return Nodes(
+            *(
+                np.insert(array, places + 1, new, axis=-1)
+                for array, new in zip(nodes, middles, strict=True)
+            )
+        )
+
+    def _orders_of(self, out: FloatArray) -> FloatArray:
+        """Position, velocity and acceleration of what is watched, (3, m, n)."""
+        rows = self._watched + self._layout.rows * np.arange(3)[:, None]
+        orders: FloatArray = out[rows.ravel()].reshape(3, len(self._watched), out.shape[1])
+        return orders
+
+    def _unwrapped(self, nodes: Nodes) -> Nodes:
+        """Let angles run on past half a turn from home, from moment to moment."""
+        rows = self._layout.angles
+        if not len(rows) or len(nodes.time) < 2:
+            return nodes
+        orders = self._orders_of(nodes.out)[:, self._turning]
+        ahead = foretold(np.diff(nodes.time), orders[:, :, :-1], orders[:, :, 1:])
+        with np.errstate(invalid="ignore"):
+            turns = np.round((np.diff(orders[0]) - ahead) / (2 * np.pi))
+        if not np.any(turns[np.isfinite(turns)]):
+            return nodes
+        out = nodes.out.copy()
+        out[self._watched[self._turning], 1:] -= 2 * np.pi * np.cumsum(np.nan_to_num(turns), axis=1)
+        return nodes._replace(out=out)
+
+    def _judged(self, nodes: Nodes) -> tuple[BoolArray, BoolArray]:
+        """Of each interval, whether what is solved follows smoothly, and what is read off too."""
+        h = np.diff(nodes.time)
+        orders = self._orders_of(nodes.out)
+        before, after = orders[:, :, :-1], orders[:, :, 1:]
+        with np.errstate(all="ignore"):
+            good = classify(nodes.out.copy(), self._layout) == Status.CONVERGED
+            smooth = follows(
+                h, before, after, self._pace(nodes), self._watched_units, self._rough(nodes)[1:]
+            )
+            driven = nodes.driven[:3]
+            smooth_driven = follows(
+                h, driven[:, :, :-1], driven[:, :, 1:], self._pace(nodes), self._units, np.ones(1)
+            ).all(axis=0)
+        solved = np.logical_and.reduce(smooth[self._solved])
+        solved &= smooth_driven & good[1:] & good[:-1]
+        return self._clear(nodes, solved), np.logical_and.reduce(smooth)
+
+    def _clear(self, nodes: Nodes, smooth: BoolArray) -> BoolArray:
+        """Which of the intervals that are smooth do not pass a singularity in between."""
+        near = np.flatnonzero(smooth)
+        if not self._layout.unsigned or not len(near):
+            return smooth
+        row = self._layout.checks + 4
+        figure = nodes.out[row]
+        h = np.diff(nodes.time)[near]
+        sides = nodes.part(np.concatenate([near, near + 1]))
+        aside = ASIDE * np.concatenate([h, -h])
+        driven = sides.driven.copy()
+        for order in range(len(driven) - 1):
+            driven[order] += aside * driven[order + 1]
+        driven[0] += 0.5 * aside**2 * sides.driven[2]
+        guess = np.empty((0, len(aside)))
+        if len(self._layout.found[0]):
+            x, v, a = sides.out[self._layout.found[:3]]
+            guess = x + aside * (v + 0.5 * aside * a)
+        out = self._solved_at(driven, guess, self.chart.run)
+        ahead, behind = np.split(out[row], 2)
+        with np.errstate(all="ignore"):
+            clear = stays_clear(h, figure[near], figure[near + 1], ahead, behind)
+        kept = smooth.copy()
+        kept[near] = clear
+        return kept
+
+    def _pace(self, nodes: Nodes) -> FloatArray:
+        scaled = nodes.driven[:3] / self._units[:, None]
+        return pace_of(scaled[:, :, :-1], scaled[:, :, 1:], nodes.step[1:])
+
+    def _rough(self, nodes: Nodes) -> FloatArray:
+        return np.asarray(nodes.out[self._layout.checks + 1])
+
+    def ending_of(self, walked: Nodes, pair: Nodes) -> Ending:
+        """Why there is no way from the first to the second of a pair of moments."""
+        time = float(walked.time[-1])
+        driven = pair.driven[:3]
+        h = np.diff(pair.time)
+        pace = self._pace(pair)
+        if not follows(h, driven[..., :1], driven[..., 1:], pace, self._units, np.ones(1)).all():
+            return Ending(time, Status.NOT_SMOOTH)
+        if len(walked.time) > _PARTS:
+            return Ending(time, Status.NOT_SMOOTH)
+        if np.isnan(pair.out[self._layout.checks, 1]):
+            return Ending(time, Status.OUT_OF_REACH)
+        earlier = int(np.searchsorted(walked.time, time - 100 * moment(time), side="right")) - 1
+        velocity = np.abs(self._orders_of(walked.out)[1, self._solved])
+        blown = velocity[:, -1].max(initial=0.0) > _BLOWN * velocity[:, max(earlier, 0)].max(
+            initial=0.0
+        )
+        return Ending(time, Status.OUT_OF_REACH if blown else Status.BRANCH_CHANGE)
+
+    def placed(
+        self, nodes: Nodes, samples: Samples, *, parallel: bool
+    ) -> tuple[FloatArray, float | None]:
+        """Outputs of samples on the walk, and the time of the first that is not where it leads."""
+        time = samples.time
+        orders = len(self._layout.found)
+        driven = np.array(samples.orders[:orders])
+        guess = np.empty((0, len(time)))
+        if len(self._layout.found[0]):
+            known = nodes.out[self._layout.found[:3]]
+            guess = (
+                hermite(nodes.time, known, time)
+                if len(nodes.time) > 1
+                else known[0].repeat(len(time), axis=1)
+            )
+        out = self._solved_at(
+            driven, guess, lambda inputs: self.chart.run(inputs, parallel=parallel)
+        )
+        status = classify(out, self._layout)
+        left = np.searchsorted(nodes.time, time, side="right") - 1
+        counts = np.bincount(left, minlength=len(nodes.time))
+        before = self._orders_of(nodes.out).repeat(counts, axis=2)
+        after = self._orders_of(out)
+        h = time - nodes.time.repeat(counts)
+        turns = counted_on(h, before, after, self._turning)
+        if np.any(turns):
+            after[0] += 2 * np.pi * np.nan_to_num(turns)
+            out[self._watched] = after[0]
+        pace = np.append(self._pace(nodes), 0.0)[left] if len(nodes.time) > 1 else np.zeros(len(h))
+        rough = out[self._layout.checks + 1]
+        with np.errstate(invalid="ignore"):
+            smooth = follows(h, before, after, pace, self._watched_units, rough)
+        smooth = smooth[self._solved].all(axis=0) & (status == Status.CONVERGED)
+        return out, None if smooth.all() else float(time[int(np.argmin(smooth))])
+
+
+def joined(*parts: Nodes) -> Nodes:
+    return Nodes(*(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)))
