@@ -27,9 +27,10 @@ from parakin.machine import Kernel, make_kernel, output_count
 from parakin.motion import Samples
 from parakin.ordering import plan_of
 from parakin.plan import Plan
-from parakin.status import FloatArray, Layout, Run
+from parakin.status import FloatArray, Layout
 
 STEPS = 3  # Newton steps per run of a kernel: round-off from one or two hundredths away
+_LOOSE = 10.0  # over this: how firmly a home is held that is as good as any
 _SPREAD = 8192  # batches smaller than this are not worth a second core
 
 
@@ -61,11 +62,10 @@ class Chart:
         return out
 
     @cached_property
-    def walker(self) -> tuple[Run, Layout]:
+    def walker(self) -> Chart:
         """What walks from home: the coordinates that are solved for and their rates alone."""
         outputs = Outputs(tuple(unknowns_of(self.plan)), derivatives=2)
-        chart = Chart(self.plan, outputs, len(outputs.coordinates), self.machine_code)
-        return chart.run, chart.layout
+        return Chart(self.plan, outputs, len(outputs.coordinates), self.machine_code)
 
     def figures(
         self, points: Points, samples: Samples, found: FloatArray, parallel: bool
@@ -93,6 +93,13 @@ class Chart:
     @cached_property
     def _firm_at_home(self) -> float:
         return firmness(self.plan, configure(self.plan.graph, self.plan.tree, self.plan.home))
+
+    @cached_property
+    def grip(self) -> float:
+        """By what conditioning has to be multiplied to tell how many digits are right: 1, or less
+        where home is nearly singular itself.
+        """
+        return min(1.0, _LOOSE * self._firm_at_home)
 
     def firm(self, at: Configuration) -> float:
         """How firmly the loops hold a pose, driven coordinates given: 0 if singular, 1 at home."""

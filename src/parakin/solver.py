@@ -298,10 +298,10 @@ class Solver:
         columns = inputs[:, None] if inputs.ndim == 1 else inputs
         walked: StatusArray | None = None
         if guess is None:
-            run, layout = self._chart.walker
+            walker = self._chart.walker
             goal = columns[: len(self.driven)]
-            steps, walked = walk(run, layout, self._home_state(), goal, self._units)
-            start = steps[layout.found[0]]
+            steps, walked = walk(walker, self._home_state(), goal, self._units)
+            start = steps[walker.layout.found[0]]
         else:
             start = guess[:, None] if guess.ndim == 1 else guess
             if start.shape[1] != columns.shape[1]:

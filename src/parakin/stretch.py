@@ -90,9 +90,11 @@ class Stretch:
     def closer(self, nodes: Nodes, time: float) -> tuple[Nodes, Ending | None]:
         """Halve the interval in which a sample does not follow from the moment before it."""
         place = min(int(np.searchsorted(nodes.time, time, side="right")), len(nodes.time) - 1) - 1
-        pair = nodes.part(slice(max(place, 0), place + 2))
-        if place < 0 or pair.time[1] - pair.time[0] <= moment(time):
-            walked = nodes.part(slice(0, max(place, 0) + 1))
+        if place < 0:  # the motion's very first moment
+            return nodes, Ending(-np.inf, Status.BRANCH_CHANGE)
+        pair = nodes.part(slice(place, place + 2))
+        if pair.time[1] - pair.time[0] <= moment(time):
+            walked = nodes.part(slice(0, place + 1))
             return walked, self.ending_of(walked, pair)
         found, ending = self.certified(self.with_middles(pair, np.array([0])))
         rest = [] if ending else [nodes.part(slice(place + 2, None))]
@@ -185,7 +187,12 @@ class Stretch:
         with np.errstate(all="ignore"):
             good = classify(nodes.out.copy(), self._layout) == Status.CONVERGED
             smooth = follows(
-                h, before, after, self._pace(nodes), self._watched_units, self._rough(nodes)[1:]
+                h,
+                before,
+                after,
+                self._pace(nodes),
+                self._watched_units,
+                self._digits(nodes.out)[1:],
             )
             driven = nodes.driven[:3]
             smooth_driven = follows(
@@ -225,8 +232,10 @@ class Stretch:
         scaled = nodes.driven[:3] / self._units[:, None]
         return pace_of(scaled[:, :, :-1], scaled[:, :, 1:], nodes.step[1:])
 
-    def _rough(self, nodes: Nodes) -> FloatArray:
-        return np.asarray(nodes.out[self._layout.checks + 1])
+    def _digits(self, out: FloatArray) -> FloatArray:
+        """Conditioning, as far as digits are concerned."""
+        figure: FloatArray = self.chart.grip * out[self._layout.checks + 1]
+        return figure
 
     def ending_of(self, walked: Nodes, pair: Nodes) -> Ending:
         """Why there is no way from the first to the second of a pair of moments."""
@@ -276,9 +285,8 @@ class Stretch:
             after[0] += 2 * np.pi * np.nan_to_num(turns)
             out[self._watched] = after[0]
         pace = np.append(self._pace(nodes), 0.0)[left] if len(nodes.time) > 1 else np.zeros(len(h))
-        rough = out[self._layout.checks + 1]
         with np.errstate(invalid="ignore"):
-            smooth = follows(h, before, after, pace, self._watched_units, rough)
+            smooth = follows(h, before, after, pace, self._watched_units, self._digits(out))
         smooth = smooth[self._solved].all(axis=0) & (status == Status.CONVERGED)
         return out, None if smooth.all() else float(time[int(np.argmin(smooth))])
 

@@ -24,7 +24,7 @@ from parakin.walking import State, walk
 
 _AT_ONCE = 512  # steps of the motion's own that are looked at together
 _FIRM = 1e-3  # of what it is at home: how firmly loops hold a pose that is not singular
-_POORER = 30.0  # times: a plan's own figure below that is the plan's fault
+_POORER = 30.0  # times: where a plan's figure has fallen by more than that, it is the plan's fault
 _GOOD = 0.05  # figure of a plan where another takes over
 _SERVES = 0.3  # and figure that this other must have there
 _SAME = 1e-9  # radians and characteristic lengths between a pose on one chart and on the next
@@ -125,9 +125,9 @@ class Track:
         guess = np.empty((0, 1))
         status = Status.CONVERGED
         if len(layout.found[0]):
-            run, place = chart.walker
-            out, walked = walk(run, place, self._home, driven[0], self._units)
-            guess, status = out[place.found[0]], Status(int(walked[0]))
+            out, walked = walk(chart.walker, self._home, driven[0], self._units)
+            guess = out[chart.walker.layout.found[0]]
+            status = Status(int(walked[0]))
         nodes = self._first.evaluated(np.array([time]), np.ones(1), guess)
         status = status or Status(int(classify(nodes.out, layout)[0]))
         self._walks = [(self._first, nodes)]
@@ -140,13 +140,13 @@ class Track:
         chart, row = stretch.chart, stretch.chart.layout.checks + 1
         if ending.status == Status.NOT_SMOOTH or len(nodes.time) < 2:
             return False
-        last = chart.configuration(nodes.driven[0, :, -1], nodes.out[:, -1])
-        firm = chart.firm(last)
-        if not firm > max(_FIRM, _POORER * float(nodes.out[row, -1])):
+        figure = nodes.out[row]
+        good = np.flatnonzero(figure[1:] > _GOOD) + 1
+        place = int(good[-1]) if len(good) else int(np.argmax(figure[1:])) + 1
+        at, end = (chart.configuration(nodes.driven[0, :, k], nodes.out[:, k]) for k in (place, -1))
+        firm, fallen = chart.firm(at), float(figure[-1] / figure[place])
+        if not chart.firm(end) > max(_FIRM, _POORER * fallen * firm):
             return False
-        good = np.flatnonzero(nodes.out[row, 1:] > _GOOD) + 1
-        place = int(good[-1]) if len(good) else len(nodes.time) - 1
-        at = chart.configuration(nodes.driven[0, :, place], nodes.out[:, place])
         for other in self._charts(chart, at):
             begun = self._begun(other, nodes.part(slice(place, place + 1)), at)
             if begun is not None:

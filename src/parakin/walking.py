@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from parakin.atlas import Chart
 from parakin.continuity import counted_on, follows
 from parakin.status import RESIDUAL, FloatArray, Layout, Run, Status, StatusArray, classify
 
@@ -57,21 +58,22 @@ def _hopeful(out: FloatArray, layout: Layout) -> NDArray[np.bool_]:
 
 
 def walk(
-    run: Run, layout: Layout, begin: State, goal: FloatArray, units: FloatArray
+    chart: Chart, begin: State, goal: FloatArray, units: FloatArray
 ) -> tuple[FloatArray, StatusArray]:
     """From one state to many poses `goal` (k, n), each straight and in its own steps, all at once.
 
-    Takes outputs with two derivatives, by which each step is foretold and judged; in those
+    Takes a chart with two derivatives, by which each step is foretold and judged; in those
     returned driven coordinates move at `goal` less where they began. units (k,): of these.
     """
     with np.errstate(all="ignore"):  # goals beyond all numbers are flagged like any out of reach
-        return _walked(run, layout, begin, goal, units)
+        return _walked(chart, begin, goal, units)
 
 
 def _walked(
-    run: Run, layout: Layout, begin: State, goal: FloatArray, units: FloatArray
+    chart: Chart, begin: State, goal: FloatArray, units: FloatArray
 ) -> tuple[FloatArray, StatusArray]:
     n, k = goal.shape[1], len(goal)
+    run, layout = chart.run, chart.layout
     start = begin.driven[0][:, None]
     driven = np.zeros((len(layout.found), k, n))
     driven[1] = goal - start
@@ -100,7 +102,7 @@ def _walked(
         guess = x + h * (v + 0.5 * h * a)
         found = at(target, guess, going)
         verdict = classify(found, layout)
-        figures = found[layout.checks + 1]
+        figures = chart.grip * found[layout.checks + 1]
         last, next_ = before[solved], found[solved]
         next_[0] += 2 * np.pi * np.nan_to_num(counted_on(h, last, next_, turning))
         smooth = follows(h, last, next_, pace[going], layout.units, figures).all(axis=0)
