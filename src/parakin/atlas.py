@@ -7,6 +7,7 @@ ever: `firmness` knows, which looks at all closure rows and at no plan.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -22,12 +23,13 @@ from parakin.assembly import (
 )
 from parakin.bodies import Figures, Points
 from parakin.errors import ParakinError
+from parakin.graph import GraphJoint
 from parakin.kernel import Outputs, has_unsigned, newton_unknowns, unknowns_of
 from parakin.machine import Kernel, make_kernel, output_count
 from parakin.motion import Samples
 from parakin.ordering import plan_of
 from parakin.plan import Plan
-from parakin.status import FloatArray, Layout
+from parakin.status import FloatArray, Layout, Triple
 
 STEPS = 3  # Newton steps per run of a kernel: round-off from one or two hundredths away
 _LOOSE = 10.0  # over this: how firmly a home is held that is as good as any
@@ -115,8 +117,7 @@ class Chart:
         except (ParakinError, np.linalg.LinAlgError):
             return None
         chosen = self.outputs.coordinates[: self.reported]
-        watched = [k for k in unknowns_of(plan) if k not in chosen]
-        outputs = replace(self.outputs, coordinates=(*chosen, *watched))
+        outputs = replace(self.outputs, coordinates=(*chosen, *watched(plan, chosen)))
         return Chart(plan, outputs, self.reported, self.machine_code)
 
 
@@ -161,4 +162,36 @@ def layout_of(plan: Plan, outputs: Outputs, reported: int) -> Layout:
         coordinate_scales(plan.graph)[unknowns],
         np.array(angles, dtype=np.intp),
         has_unsigned(plan),
+        tuple(_triples(plan, outputs, reported)),
     )
+
+
+def _triples(plan: Plan, outputs: Outputs, reported: int) -> Iterator[Triple]:
+    """Joints of three turns whose angles are read off, as far as any of them is reported."""
+    place = {c: row for row, c in enumerate(outputs.coordinates)}
+    solved = {*plan.affine, *unknowns_of(plan)}
+    for joint in plan.graph.plain.joints:
+        turns = turns_of(joint)
+        rows = [place[k] for k in turns if place.get(k, reported) < reported]
+        if len(turns) == 3 and rows and not solved.issuperset(turns):
+            axes = [joint.pairs[k - joint.first].axis for k in turns]
+            yield Triple(np.array(rows, dtype=np.intp), place[turns[1]], axes[0] == axes[2])
+
+
+def seconds(plan: Plan, chosen: Sequence[int | str]) -> list[int]:
+    """Second angles of joints of three turns that are read off, some of them being chosen."""
+    solved = {*plan.affine, *unknowns_of(plan)}
+    triples = [turns_of(joint) for joint in plan.graph.plain.joints]
+    told = [t for t in triples if len(t) == 3 and not solved.issuperset(t)]
+    return [t[1] for t in told if set(t) & set(chosen) and t[1] not in chosen]
+
+
+def turns_of(joint: GraphJoint) -> list[int]:
+    """The coordinates of a joint that are angles."""
+    return [k for k, p in zip(joint.coordinates, joint.pairs, strict=True) if not p.slides]
+
+
+def watched(plan: Plan, chosen: Sequence[int | str]) -> list[int]:
+    """Coordinates that have to be known beside those chosen to follow a motion."""
+    unknowns = [k for k in unknowns_of(plan) if k not in chosen]
+    return [*unknowns, *seconds(plan, [*chosen, *unknowns])]

@@ -7,6 +7,7 @@ the assembly modes.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -15,11 +16,12 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from parakin import closure
-from parakin.assembly import FloatArray, circuits_at, facing
+from parakin.assembly import FloatArray, circuits_at, configure, facing, freedoms
 from parakin.graph import Graph
 from parakin.kernel import Equations, Lead, Outputs, newton_unknowns, trace
 from parakin.machine import output_count
 from parakin.plan import Block, Plan
+from parakin.recursion import Circuits
 from parakin.spatial import ARRAYS, Scalar
 from parakin.status import SINGULAR
 
@@ -29,6 +31,8 @@ _DRAWS = 12  # of signs, as long as loops stay open
 _FAR = 3.0  # characteristic lengths: how far from home starts lie
 _SAME = 1e-6  # what two findings may differ by, in radians and characteristic lengths
 _CLOSED = 1e-10
+_RESTS = 1e-9  # rates below this are none
+_LOCKED = 1e-6  # cosine of the second of three angles: the others are not told well
 
 
 @dataclass(frozen=True)
@@ -115,15 +119,20 @@ def branches(
     q, residual, conditioning = out[: len(home)], out[len(home)], out[len(home) + 1]
     real = residual <= _CLOSED * graph.length
     at_rest = np.where(real, q + offsets[:, None], plan.home[:, None])
-    for cosine in facing(circuits_at(graph, plan.tree, at_rest), plan.tree).values():
+    circuits = circuits_at(graph, plan.tree, at_rest)
+    for cosine in facing(circuits, plan.tree).values():
         real &= cosine > 0.0
+    turned = _orientation(circuits, n)
+    if turned is not None:
+        _tell(graph, turned, q)
+        real &= ~_only_folded(graph, plan, q, home)
     regular = np.abs(conditioning) > SINGULAR
     singular = int((real & ~regular).sum())
     closed = np.flatnonzero(real & regular)
     told_by = _telling(graph, plan)
-    groups = _groups(graph, q[:, closed], told_by, scales)
+    groups = _groups(graph, q[:, closed], told_by, scales, _of(turned, closed))
     found: list[tuple[float, Branch]] = []
-    everything = list(range(len(home)))
+    everything = list(range(len(graph.plain.coordinates)))
     for members in groups:
         those = closed[members]
         at = q[:, those]
@@ -131,7 +140,7 @@ def branches(
         nearest = int(np.argmin(np.linalg.norm(steps, axis=0)))
         away = np.linalg.norm(steps[told_by], axis=0)
         position = home + _wrapped(graph, at[:, nearest] - home)
-        named = {c.name: float(position[k]) for k, c in enumerate(graph.coordinates)}
+        named = {graph.coordinates[k].name: float(position[k]) for k in everything}
         found.append(
             (
                 float(away[nearest]),
@@ -140,7 +149,7 @@ def branches(
                     named,
                     min(1.0, float(abs(conditioning[those[nearest]]))),
                     len(those),
-                    len(_groups(graph, at, everything, scales)),
+                    len(_groups(graph, at, everything, scales, _of(turned, those))),
                     _beyond(graph, position),
                 ),
             )
@@ -233,7 +242,7 @@ def _telling(graph: Graph, plan: Plan) -> list[int]:
     if graph.platform is not None:
         told += graph.joints[graph.platform].coordinates
     told = [k for k in told if k not in plan.affine]
-    return told or [k for k in range(len(graph.coordinates)) if k not in plan.affine]
+    return told or [k for k in range(len(graph.plain.coordinates)) if k not in plan.affine]
 
 
 def _platform_angles(graph: Graph) -> list[int]:
@@ -256,8 +265,60 @@ def _wrapped(graph: Graph, difference: FloatArray) -> FloatArray:
     return turned
 
 
-def _groups(graph: Graph, q: FloatArray, by: list[int], scales: FloatArray) -> list[list[int]]:
-    """Columns of q that agree in the coordinates `by`, angles modulo a turn."""
+def _orientation(circuits: Circuits, n: int) -> FloatArray | None:
+    """R_WB of the platform, (n, 3, 3): three angles have several names for one orientation."""
+    graph = circuits.graph
+    if graph.platform is None:
+        return None
+    R = circuits.pose(graph.joints[graph.platform].child).R
+    stacked = [[np.broadcast_to(np.asarray(x, dtype=float), n) for x in row] for row in R]
+    return np.array(stacked).transpose(2, 0, 1)
+
+
+def _of(turned: FloatArray | None, chosen: NDArray[np.intp]) -> FloatArray | None:
+    return None if turned is None else turned[chosen]
+
+
+def _tell(graph: Graph, turned: FloatArray, q: FloatArray) -> None:
+    """Tell orientations anew where angles are not defined, and have been read off noise."""
+    angles = _platform_angles(graph)
+    sequence = "".join("XYZ"[axis] for axis in _platform_axes(graph))
+    held = np.cos(q[angles[1]]) if sequence[0] != sequence[2] else np.sin(q[angles[1]])
+    locked = np.flatnonzero(np.abs(held) < _LOCKED)
+    if len(locked):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # gimbal lock: one of many names will do
+            told = Rotation.from_matrix(turned[locked]).as_euler(sequence)
+        for k, row in zip(angles, told.T, strict=True):
+            q[k, locked] = row
+
+
+def _only_folded(graph: Graph, plan: Plan, q: FloatArray, home: FloatArray) -> NDArray[np.bool_]:
+    """Where angles of the platform that never move differ from home's only by being told the other
+    way round, so that it is a driven one that has moved: no assembly for the values driven.
+    """
+    angles = _platform_angles(graph)
+    sequence = "".join("XYZ"[axis] for axis in _platform_axes(graph))
+    driven = np.isin(angles, plan.driven)
+    tree = graph.posed_tree()
+    motions = freedoms(graph, tree, configure(graph, tree, plan.home))[angles]
+    if not driven.any() or driven.all() or np.abs(motions[~driven]).max(initial=0.0) > _RESTS:
+        return np.zeros(q.shape[1], dtype=bool)
+    a, b, c = q[angles]
+    other = np.array([a + np.pi, -b if sequence[0] == sequence[2] else np.pi - b, c + np.pi])
+
+    def as_home(told: FloatArray) -> NDArray[np.bool_]:
+        away = np.remainder(told - home[angles, None] + np.pi, 2 * np.pi) - np.pi
+        rests: NDArray[np.bool_] = np.abs(away[~driven]).max(axis=0) < _SAME
+        return rests
+
+    return as_home(other) & ~as_home(q[angles])
+
+
+def _groups(
+    graph: Graph, q: FloatArray, by: list[int], scales: FloatArray, orientation: FloatArray | None
+) -> list[list[int]]:
+    """Columns of q that agree in the coordinates `by`, angles modulo a turn, and orientation."""
     if not q.shape[1]:
         return []
     turned = _platform_angles(graph)
@@ -271,8 +332,8 @@ def _groups(graph: Graph, q: FloatArray, by: list[int], scales: FloatArray) -> l
         )
     ]
     if whole and turned:
-        axes = "".join("XYZ"[axis] for axis in _platform_axes(graph))
-        features += list(Rotation.from_euler(axes, q[turned].T).as_matrix().reshape(-1, 9).T)
+        assert orientation is not None
+        features += list(orientation.reshape(-1, 9).T)
     points = np.array(features).T
     left = np.arange(len(points))
     groups: list[list[int]] = []

@@ -25,6 +25,8 @@ from parakin.recursion import Turn
 _ZERO = 1e-9  # a derivative this small, in scaled units, is none
 _CROSSING = 0.3  # sine of the angle at which two rows cross well enough to be solved together
 _POOR = 0.05  # a home this near to singular, per unknown, is not what others are measured by
+_WORTH = 0.3  # of the best row's figure: one less good that is steadier
+_STEADY = 1e-9  # volumes that differ by no more are the same
 _FLAT = 1e-6  # a row this near to a singularity of its own, at home or near it, is of no use
 
 
@@ -38,7 +40,8 @@ def refined(
     """Single unknowns get the row that suits them best, among all that know nothing later.
 
     Of two cranks in a dyad, the first takes a square root and the second then none. Best is the
-    row furthest from a singularity of its own, then the one that needs least.
+    row furthest from a singularity of its own, then the one that needs least, among those that
+    never come to say what the rows before say already.
     """
     at = [configure(graph, tree, sample.q) for sample in samples]
     singles = {block.unknowns[0] for block in blocks if len(block.unknowns) == 1}
@@ -47,7 +50,7 @@ def refined(
     ordered: list[Block] = []
     figures: dict[tuple[Row, int], tuple[float, Block]] = {}
     while singles or waiting:
-        best: tuple[float, int, int, int, Block] | None = None
+        found: list[tuple[float, int, int, int, Block]] = []
         for i, (row, needs) in enumerate(dependence.items()):
             missing = needs - solved
             if len(missing) != 1 or not missing <= singles:
@@ -57,11 +60,9 @@ def refined(
                 figures[row, k] = _quality(graph, row, k, at)
             figure, block = figures[row, k]
             if figure > _FLAT:
-                key = (-round(figure, 2), len(needs), k, i)
-                if best is None or key < best[:4]:
-                    best = (*key, block)
-        if best is not None:
-            block = best[4]
+                found.append((-round(figure, 2), len(needs), k, i, block))
+        if found:
+            block = _steadiest(graph, sorted(found, key=lambda f: f[:4]), ordered, at)
             if block.form == "turn with constant":
                 (k,) = block.unknowns
                 block = _by_two(
@@ -84,6 +85,43 @@ def refined(
         ordered.append(replace(block, needs=tuple(sorted(wanted))))
         solved |= set(block.unknowns)
     return ordered
+
+
+def _steadiest(
+    graph: Graph,
+    candidates: Sequence[tuple[float, int, int, int, Block]],
+    before: Sequence[Block],
+    samples: Sequence[Configuration],
+) -> Block:
+    """The first of these blocks whose row stays as independent as it is of others before.
+
+    What rows of one cut joint measure spans a volume. Where that is the same all around home it
+    is so everywhere, being an analytic function of the configuration; any other may vanish
+    somewhere, where the mechanism is as regular as ever: another root is then found beyond.
+    """
+    best = candidates[0][4]
+    for figure, *_, block in candidates:
+        if figure > _WORTH * candidates[0][0]:
+            break
+        (row,) = block.rows
+        rows = [r for b in before for r in b.rows if r.cut == row.cut]
+        if not rows or steady(graph, [*rows, row], samples):
+            return block
+    return best
+
+
+def steady(graph: Graph, rows: Sequence[Row], samples: Sequence[Configuration]) -> bool:
+    """Whether the volume that the rows of one cut joint span is the same in all configurations."""
+    volumes = []
+    for at in samples:
+        matrix = np.array([functional(graph, at, row) for row in rows])
+        point = np.array(at.ends[rows[0].cut].M.p, dtype=float)
+        matrix[:, :3] -= np.cross(point, matrix[:, 3:])
+        matrix[:, :3] /= graph.length
+        sizes = np.linalg.norm(matrix, axis=1, keepdims=True)
+        matrix = matrix / np.where(sizes > _ZERO, sizes, 1.0)
+        volumes.append(float(np.linalg.det(matrix @ matrix.T)))
+    return bool(np.ptp(volumes) < _STEADY)
 
 
 def _quality(

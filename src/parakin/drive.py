@@ -232,7 +232,7 @@ class Drive:
         """What would go free at the pose where it stands, were it any nearer to where it stops."""
         if float(self.tick.conditioning) > _FIRM:
             return Stop(status, status.words, frozenset())
-        graph, plan = self.solver.graph, self.solver.plan
+        graph, plan = self.solver.plan.graph, self.solver.plan
         q = np.array(plan.home, dtype=float)
         for name, value in self.values.items():
             if name not in graph.cones:

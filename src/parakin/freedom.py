@@ -34,7 +34,7 @@ def outputs_of(solver: Solver) -> list[str]:
 
     Raises InputError where there are not as many actuated coordinates, or outputs, as driven ones.
     """
-    return [solver.graph.coordinates[k].name for k in sets_of(solver).outputs]
+    return [solver.plan.graph.coordinates[k].name for k in sets_of(solver).outputs]
 
 
 class Sets(NamedTuple):
@@ -55,7 +55,7 @@ def sets_of(solver: Solver) -> Sets:
     """The actuated coordinates, and the outputs: those of the platform that the file drives, or
     that move most freely, or without a platform what leaves the last links at the base.
     """
-    graph, count = solver.graph, len(solver.driven)
+    graph, count = solver.plan.graph, len(solver.driven)
     actuated = [k for k, c in enumerate(graph.coordinates) if c.actuated]
     pose = [] if graph.platform is None else list(graph.joints[graph.platform].coordinates)
     where = solver.mechanism.where
@@ -84,7 +84,7 @@ def sets_of(solver: Solver) -> Sets:
 
 def _freest(solver: Solver, among: list[int], count: int) -> list[int]:
     """As many coordinates as are driven that move most independently at home."""
-    graph, plan = solver.graph, solver.plan
+    graph, plan = solver.plan.graph, solver.plan
     at = configure(graph, plan.tree, plan.home)
     motions = freedoms(graph, plan.tree, at) / coordinate_scales(graph)[:, None]
     left = motions[among]
@@ -137,7 +137,7 @@ def freedom(solver: Solver, sets: Sets | None, q: FloatArray, rank: int, best: f
     """rank, best: of all closure rows where nothing is singular, and their least singular value
     over the largest.
     """
-    graph, plan = solver.graph, solver.plan
+    graph, plan = solver.plan.graph, solver.plan
     if graph.platform is not None and abs(_spread(graph, q)) < LOST:
         words = "the platform's three angles are not defined there; angles about other axes may be"
         return Freedom("angles", words, np.zeros(len(q)), 0.0)

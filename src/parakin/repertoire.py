@@ -24,7 +24,7 @@ from parakin.mechanism import Mechanism
 from parakin.outputs import check_suffix
 from parakin.shapes import FloatArray, Mesh
 from parakin.solver import Solver
-from parakin.status import Status
+from parakin.status import SOLVED, Status
 
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")
 _MAX_MESH = 100_000_000  # bytes
@@ -185,7 +185,7 @@ def take(solver: Solver, motion: str) -> Take:
         windows.append(window.isel(time=slice(first, None, stride)))
     ds = windows[0] if len(windows) == 1 else xr.concat(windows, dim="time", data_vars="minimal")
     status = ds["status"].values
-    solved = np.isin(status, (Status.CONVERGED, Status.LIMIT_EXCEEDED))
+    solved = np.isin(status, SOLVED)
     count = len(solved) if solved.all() else int(np.argmin(solved))
     graph = solver.graph
     names = ds["coordinate"].values.tolist()

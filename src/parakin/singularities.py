@@ -26,7 +26,7 @@ from parakin.errors import InputError
 from parakin.freedom import LOST, RANK, Kind, Sets, freed, freedom, idling, sets_of, whole_values
 from parakin.kernel import CHECKS, Outputs
 from parakin.machine import make_kernel, output_count
-from parakin.status import RESIDUAL, Status
+from parakin.status import RESIDUAL, SOLVED
 from parakin.words import platform_axes, platform_motion
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def closeness(solver: Solver, result: xr.Dataset, motion: Motion | None = None) 
     mechanism has no actuated coordinates, or not as many as are driven, or no other outputs.
     """
     sets = sets_of(solver)
-    good = np.isin(result["status"].values, (Status.CONVERGED, Status.LIMIT_EXCEEDED))
+    good = np.isin(result["status"].values, SOLVED)
     time = result["time"].values
     type1, type2, whole, signs = (np.full(len(time), np.nan) for _ in range(4))
     crossings: list[Crossing] = []
@@ -138,7 +138,7 @@ class _Path:
         """Rates of actuated coordinates, outputs and pose for a unit rate of each driven one,
         scaled, (n, coordinates, driven); and the positions of all coordinates, (coordinates, n).
         """
-        graph, plan = self.solver.graph, self.solver.plan
+        graph, plan = self.solver.plan.graph, self.solver.plan
         every, scales = range(len(graph.coordinates)), coordinate_scales(graph)
         rows = [*sets.actuated, *sets.outputs, *sets.pose]
         outputs = Outputs(tuple(every), derivatives=1, checks=False)
@@ -206,7 +206,7 @@ def _crossing(path: _Path, sets: Sets, i: int) -> Crossing:
     time = _bisected(low, high, lambda t: sign(t) == start)
     rates, q = at(time)
     type1, type2, _ = _figures(rates, sets)
-    graph, count = path.solver.graph, len(sets.actuated)
+    graph, count = path.solver.plan.graph, len(sets.actuated)
     free = 2 if type2[0] < type1[0] else 1
     rows = slice(count) if free == 2 else slice(count, 2 * count)
     mix = np.linalg.svd(rates[0, rows])[2][-1]

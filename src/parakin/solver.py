@@ -35,9 +35,11 @@ from parakin.spatial import FLOATS
 from parakin.status import (
     RESIDUAL,
     SINGULAR,
+    SOLVED,
     FloatArray,
     Status,
     StatusArray,
+    blank_undefined,
     classify,
 )
 from parakin.tracking import Piece, Track
@@ -142,9 +144,10 @@ class Solver:
         that a slow hand would reach so, or to a flag. within: how far from the guess an iterated
         coordinate may come out [m or rad]; what lies further off is flagged as a branch change.
         parallel: use all cores.
-        Samples that fail have a status other than CONVERGED and NaN throughout; so have those
-        with a number in y, rates or guess that is none, or a guess of an angle so large that its
-        turns have lost their digits. Raises InputError on arrays of the wrong shape.
+        Samples that fail have a status other than CONVERGED and NaN throughout (or in the angles
+        alone, where it is only three of them that are not defined). So have those with a number in
+        y, rates or guess that is none, or a guess of an angle so large that its turns have lost
+        their digits. Raises InputError on arrays of the wrong shape.
         """
         inputs = self._inputs_of(y, yd, ydd, yddd)
         start = None if guess is None else self._start_of(guess, inputs.shape[1:])
@@ -156,7 +159,8 @@ class Solver:
         wild = not _tame(inputs)
         if start is not None:
             wild |= self._turned_to(out, start)
-        if out.ndim == 1 and self._outputs.checks and not wild and within is None and not walked:
+        quick = out.ndim == 1 and self._outputs.checks and not self.layout.triples
+        if quick and not wild and within is None and not walked:
             checks = self.layout.checks
             residual, conditioning, _, size, _ = out[checks : checks + CHECKS].tolist()
             if residual <= RESIDUAL * size and conditioning >= SINGULAR:
@@ -188,6 +192,9 @@ class Solver:
             begun = begun if begun.ndim == 2 else begun[:, None]
             near = np.abs(found - begun).max(axis=0) <= within
             status[(status == Status.CONVERGED) & ~near] = Status.BRANCH_CHANGE
+        if self._outputs.checks and self.layout.triples:
+            undefined = blank_undefined(columns, self.layout)
+            status[undefined & (status == Status.CONVERGED)] = Status.ANGLES_UNDEFINED
         if wild:
             told = np.isfinite(inputs.reshape(len(inputs), -1)).all(axis=0)
             if start is not None:
@@ -196,7 +203,7 @@ class Solver:
             told = told & np.isfinite(np.delete(numbers, cones, axis=0)).all(axis=0)
             status[(status == Status.CONVERGED) & ~told] = Status.OUT_OF_REACH
         if status.any():
-            numbers[:, status > 0] = np.nan
+            numbers[:, ~np.isin(status, SOLVED)] = np.nan
         verdict: int | StatusArray = int(status[0]) if out.ndim == 1 else status
         if not self._outputs.checks:
             return self._tick(out, verdict, np.nan, np.nan)
@@ -420,6 +427,9 @@ class Solver:
                 known = "position, velocity and acceleration"
                 raise InputError(f"motion {motion.name}", known, "jerk too, or position alone")
             pieces, status = track.solve(samples, parallel=parallel)
+            for start_, stop, chart, found in pieces:
+                undefined = blank_undefined(found, chart.layout)
+                status[start_:stop][undefined] = Status.ANGLES_UNDEFINED
             out = self._told(pieces, len(status))
             self._limit(out, status)
             figures = self._figures(points, pieces, samples, parallel) if points else None

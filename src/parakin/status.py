@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +15,14 @@ StatusArray = NDArray[np.int8]
 Run = Callable[[FloatArray], FloatArray]
 
 RESIDUAL = 1e-12  # of what is subtracted where loops close: what counts as closed
+LOCKED = 1e-8  # cosine of the second of three angles below which the first and last are not told
 SINGULAR = 1e-6  # conditioning below this leaves no digits to trust in accelerations
 
 
 class Status(enum.IntEnum):
-    """What became of a sample. Anything but CONVERGED and LIMIT_EXCEEDED comes with NaN."""
+    """What became of a sample. What is not solved comes with NaN, solved are CONVERGED,
+    LIMIT_EXCEEDED and ANGLES_UNDEFINED, the last with NaN in those angles alone.
+    """
 
     CONVERGED = 0
     ITERATION_LIMIT = 1
@@ -28,10 +32,24 @@ class Status(enum.IntEnum):
     LIMIT_EXCEEDED = 5
     NOT_REACHED = 6
     NOT_SMOOTH = 7
+    ANGLES_UNDEFINED = 8
 
     @property
     def words(self) -> str:
         return self.name.lower().replace("_", " ")
+
+
+SOLVED = (Status.CONVERGED, Status.LIMIT_EXCEEDED, Status.ANGLES_UNDEFINED)
+
+
+class Triple(NamedTuple):
+    """Three angles that are read off: rows of those reported, and of the second, which tells by
+    its cosine, or where first and last axis are the same its sine, whether they are defined.
+    """
+
+    rows: NDArray[np.intp]
+    second: int
+    same: bool
 
 
 @dataclass(frozen=True)
@@ -43,7 +61,8 @@ class Layout:
     after these. `found` (orders, m): iterated coordinates, of which a guess is needed. `unknowns`:
     rows of all that is solved for, and `units` of these, 1 for angles, else the characteristic
     length. `angles`: rows of angles that are found within half a turn of home. `unsigned`: whether
-    some figure of conditioning is as large on either side of a singularity.
+    some figure of conditioning is as large on either side of a singularity. `triples`: angles that
+    are not defined everywhere.
     """
 
     reported: int
@@ -54,6 +73,7 @@ class Layout:
     units: FloatArray
     angles: NDArray[np.intp]
     unsigned: bool
+    triples: tuple[Triple, ...]
 
 
 def classify(out: FloatArray, layout: Layout) -> StatusArray:
@@ -69,3 +89,16 @@ def classify(out: FloatArray, layout: Layout) -> StatusArray:
     status[~closed] = Status.ITERATION_LIMIT
     status[np.isnan(residual)] = Status.OUT_OF_REACH
     return status
+
+
+def blank_undefined(out: FloatArray, layout: Layout) -> NDArray[np.bool_]:
+    """Make angles NaN where they are not defined, with their rates. Returns which samples (n,)."""
+    found = np.zeros(out.shape[1], dtype=bool)
+    for rows, second, same in layout.triples:
+        told = np.sin(out[second]) if same else np.cos(out[second])
+        undefined = np.abs(told) < LOCKED
+        if undefined.any():
+            found |= undefined
+            for order in range(len(layout.found)):
+                out[np.ix_(rows + order * layout.rows, undefined)] = np.nan
+    return found
