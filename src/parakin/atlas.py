@@ -175,7 +175,8 @@ def _triples(plan: Plan, outputs: Outputs, reported: int) -> Iterator[Triple]:
         rows = [place[k] for k in turns if place.get(k, reported) < reported]
         if len(turns) == 3 and rows and not solved.issuperset(turns):
             axes = [joint.pairs[k - joint.first].axis for k in turns]
-            yield Triple(np.array(rows, dtype=np.intp), place[turns[1]], axes[0] == axes[2])
+            if turns[1] in place:
+                yield Triple(np.array(rows, dtype=np.intp), place[turns[1]], axes[0] == axes[2])
 
 
 def seconds(plan: Plan, chosen: Sequence[int | str]) -> list[int]:

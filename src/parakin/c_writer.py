@@ -16,19 +16,20 @@ from typing import Any
 import numpy as np
 
 from parakin import __version__
+from parakin.atlas import layout_of
 from parakin.compiler import compile as compile_mechanism
 from parakin.errors import AssemblyError
 from parakin.kernel import CHECKS, Outputs, trace
 from parakin.mechanism import Mechanism
 from parakin.solver import Solver
 from parakin.spatial import FLOATS, Functions, Scalar
-from parakin.status import RESIDUAL, SINGULAR, Status
+from parakin.status import LOCKED, RESIDUAL, SINGULAR, TURNS, Layout, Status
 
 ITERATIONS = 8  # Newton steps a call; from a pose nearby three are enough
 _SAMPLES = 20  # poses that the test program knows
 _SWING = 0.02  # how far these go from home [rad, or characteristic lengths]
 _MADE = f"Made by parakin {__version__}: change the mechanism rather than this."
-_STATUSES = tuple(s for s in Status if s != Status.NOT_REACHED)
+_STATUSES = tuple(s for s in Status if s not in (Status.NOT_REACHED, Status.NOT_SMOOTH))
 
 
 def c_code(
@@ -39,6 +40,13 @@ def c_code(
     Raises InputError, AssemblyError, DrivenError.
     """
     solver = compile_mechanism(mechanism, driven, machine_code=False)
+    if solver.plan.graph.twins and solver.iterated:
+        reason = "home is where three angles are not defined"
+        raise AssemblyError(f"{mechanism.where}: no C code for these driven coordinates: {reason}")
+    outputs = {*solver.coordinates, *solver.iterated}
+    if outputs > set(solver.coordinates):  # a state has all that the next pose is found from
+        names = [c.name for c in solver.graph.coordinates if c.name in outputs]
+        solver = compile_mechanism(mechanism, driven, coordinates=names, machine_code=False)
     name = _identifier(stem)
     return _kernel(solver, name, stem), _header(solver, name, stem), _test(solver, name, stem)
 
@@ -151,7 +159,7 @@ def _function(solver: Solver, name: str, outputs: Outputs) -> str:
 def _kernel(solver: Solver, name: str, stem: str) -> str:
     n, m, k = len(solver.coordinates), len(solver.iterated), len(solver.driven)
     rows = [solver.coordinates.index(c) for c in solver.iterated]
-    layout = solver.layout
+    layout = _layout(solver)
     parts = [f'/* {stem}.c: see {stem}.h. {_MADE} */\n#include "{stem}.h"\n\n#include <math.h>\n']
     iterate = ""
     if m:
@@ -193,9 +201,23 @@ def _kernel(solver: Solver, name: str, stem: str) -> str:
         if (q < limits[i].low || q > limits[i].high)
             return {name.upper()}_LIMIT_EXCEEDED;
     }}"""
+    angles = sorted({*layout.angles.tolist(), *rows} & _angle_rows(solver))
+    numbers_ = f"""
+    for (i = 0; i < {n}; ++i)
+        if (!isfinite(state->position[i]))
+            return {name.upper()}_OUT_OF_REACH;
+"""
+    numbers_ += "".join(
+        f"    if (!(fabs(state->position[{row}]) < {2 * math.pi * TURNS!r}))\n"
+        f"        return {name.upper()}_OUT_OF_REACH;\n"
+        for row in angles
+    )
+    undefined, kept = _undefined(solver, name)
     declared = [f"double in[{3 * k + m}], out[{3 * n + CHECKS}];", "int i;"]
     if m:
         declared.insert(1, f"double step[{k + m}];")
+    if undefined:
+        declared.append("int undefined = 0;")
     if len(layout.angles):
         declared.insert(1, f"const double turn = {2 * math.pi!r};")
     copied = "        step[i] = y[i];\n" if m else ""
@@ -218,6 +240,9 @@ int {name}_solve(const double *y, const double *yd, const double *ydd, {name}_st
 {{
     {chr(10).join(f"    {line}" for line in declared).strip()}
 
+    for (i = 0; i < {k}; ++i)
+        if (!isfinite(y[i]) || !isfinite(yd[i]) || !isfinite(ydd[i]))
+            return {name.upper()}_OUT_OF_REACH;{numbers_.rstrip()}
     for (i = 0; i < {k}; ++i) {{
         in[i] = y[i];
         in[{k} + i] = yd[i];
@@ -234,16 +259,49 @@ int {name}_solve(const double *y, const double *yd, const double *ydd, {name}_st
         return {name.upper()}_BRANCH_CHANGE;
     if (!(out[{3 * n + 1}] >= {SINGULAR!r}))
         return {name.upper()}_SINGULAR;
-{unwrap.lstrip(chr(10))}    for (i = 0; i < {n}; ++i) {{
+    for (i = 0; i < {3 * n}; ++i)
+        if (!isfinite(out[i]))
+            return {name.upper()}_OUT_OF_REACH;
+{unwrap.lstrip(chr(10))}{undefined}    for (i = 0; i < {n}; ++i) {{
         state->position[i] = out[i];
         state->velocity[i] = out[{n} + i];
         state->acceleration[i] = out[{2 * n} + i];
-    }}{check}
+    }}{kept}{check}
     return {name.upper()}_CONVERGED;
 }}
 """
     )
     return "\n".join(parts)
+
+
+def _layout(solver: Solver) -> Layout:
+    """Of what is reported alone."""
+    numbers = tuple(solver.graph.index(c, "coordinates") for c in solver.coordinates)
+    return layout_of(solver.plan, Outputs(numbers, 2), len(numbers))
+
+
+def _angle_rows(solver: Solver) -> set[int]:
+    graph = solver.graph
+    names = list(solver.coordinates)
+    return {row for row, c in enumerate(names) if graph.coordinates[graph.index(c, "")].angle}
+
+
+def _undefined(solver: Solver, name: str) -> tuple[str, str]:
+    """Where three angles are not defined: how that is seen, and what is said of it."""
+    found, n = "", len(solver.coordinates)
+    for rows, second, same in _layout(solver).triples:
+        function = "sin" if same else "cos"
+        found += (
+            f"    if (fabs({function}(out[{second}])) < {LOCKED!r}) {{\n        undefined = 1;\n"
+        )
+        for row in rows.tolist():
+            found += f"        out[{row}] = state->position[{row}];\n"
+            found += f"        out[{n + row}] = out[{2 * n + row}] = 0.0;\n"
+        found += "    }\n"
+    if not found:
+        return "", ""
+    said = f"\n    if (undefined)\n        return {name.upper()}_ANGLES_UNDEFINED;"
+    return found, said
 
 
 def _limits(solver: Solver) -> list[tuple[int, float, float]]:
@@ -331,8 +389,11 @@ void {name}_home({name}_state *state);
 /* Solve one pose.
  * y, yd, ydd: driven positions, velocities and accelerations.
  * state: the pose before, from which angles are counted on and iteration starts; then this one.
- * Returns a status. Of any but {upper}_CONVERGED and {upper}_LIMIT_EXCEEDED, position, velocity
- * and acceleration stay those of the pose before; residual and conditioning tell what was met. */
+ * Returns a status. Of {upper}_ANGLES_UNDEFINED, the three angles alone stay those of the pose
+ * before, at rest. Of any other but {upper}_CONVERGED and {upper}_LIMIT_EXCEEDED, position,
+ * velocity and acceleration stay those of the pose before; residual and conditioning tell what
+ * was met.
+ * Numbers that are none, in y, yd, ydd or state, are {upper}_OUT_OF_REACH. */
 int {name}_solve(const double *y, const double *yd, const double *ydd, {name}_state *state);
 
 #ifdef __cplusplus

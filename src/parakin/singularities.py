@@ -113,6 +113,9 @@ class _Path:
     def of(cls, solver: Solver, result: xr.Dataset, motion: Motion | None) -> _Path:
         orders = ("position", "velocity", "acceleration")
         rows = solver.iterated
+        if not set(rows) <= set(result["coordinate"].values.tolist()):
+            lacking = f"not all of {', '.join(rows)}"
+            raise InputError("result", lacking, "what is iterated among the coordinates")
         found = [result[order].sel(coordinate=list(rows)).values.T for order in orders]
         names = list(solver.driven)
         if motion is not None:

@@ -36,6 +36,7 @@ from parakin.status import (
     RESIDUAL,
     SINGULAR,
     SOLVED,
+    TURNS,
     FloatArray,
     Status,
     StatusArray,
@@ -49,7 +50,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _WILD = 1e100  # numbers beyond this may overflow on the way to accelerations
-_TURNS = 1e6  # of an angle: beyond, it is known to less than 1e-9 rad
 
 
 class Tick(NamedTuple):
@@ -253,7 +253,7 @@ class Solver:
     def _start_of(self, guess: ArrayLike | Tick, shape: tuple[int, ...]) -> _Start:
         """A guess in parts. Raises InputError where it does not fit poses of this shape."""
         tick = guess if isinstance(guess, Tick) else None
-        position = tick.position if tick is not None else _numbers(guess, "guess")  # type: ignore[arg-type]
+        position = _numbers(guess, "guess") if tick is None else self._defined(tick)  # type: ignore[arg-type]
         n = self.layout.reported
         if position.shape not in ((n,), (n, *shape)):
             each = f" or ({n}, {shape[0]})" if shape else ""
@@ -271,6 +271,17 @@ class Solver:
             found = position[self.layout.found[0]]
         return _Start(position, found)
 
+    def _defined(self, tick: Tick) -> FloatArray:
+        """Positions of a tick, those angles at home that are not defined there."""
+        undefined = np.asarray(tick.status) == Status.ANGLES_UNDEFINED
+        if not undefined.any():
+            return tick.position
+        position = tick.position.copy()
+        for triple in self.layout.triples:
+            for row in triple.rows:
+                position[row] = np.where(undefined, self.home[self.coordinates[row]], position[row])
+        return position
+
     def _turned_to(self, out: FloatArray, start: _Start) -> bool:
         """Turn angles to within half a turn of the guess. Returns whether some guess is no good."""
         rows = self.layout.angles[self.layout.angles < self.layout.reported]
@@ -281,8 +292,8 @@ class Solver:
         most = np.abs(drift).max(initial=0.0)
         if most > 0.5:  # false of NaN
             out[rows] += 2 * np.pi * np.round(drift)
-        if not most < _TURNS or not math.isfinite(guess.sum()):
-            large = np.abs(guess[rows]) < 2 * np.pi * _TURNS
+        if not most < TURNS or not math.isfinite(guess.sum()):
+            large = np.abs(guess[rows]) < 2 * np.pi * TURNS
             sound = np.isfinite(guess).all(axis=0) & large.all(axis=0)
             if len(start.found):
                 sound = sound & np.isfinite(start.found).all(axis=0)

@@ -16,6 +16,7 @@ Run = Callable[[FloatArray], FloatArray]
 
 RESIDUAL = 1e-12  # of what is subtracted where loops close: what counts as closed
 LOCKED = 1e-8  # cosine of the second of three angles below which the first and last are not told
+TURNS = 1e6  # of an angle: beyond, it is known to less than 1e-9 rad
 SINGULAR = 1e-6  # conditioning below this leaves no digits to trust in accelerations
 
 
