@@ -37,15 +37,7 @@ def dataset(
     """
     import xarray as xr
 
-    graph, n = solver.graph, len(solver.coordinates)
-    numbers = {c.name: k for k, c in enumerate(graph.coordinates)}
-    units = [
-        "rad" if name in graph.cones else graph.coordinates[numbers[name]].unit
-        for name in solver.coordinates
-    ]
-    actuated = [
-        name in numbers and graph.coordinates[numbers[name]].actuated for name in solver.coordinates
-    ]
+    n = len(solver.coordinates)
     over = ("time", "coordinate")
     variables: dict[str, Any] = {
         quantity: (over, out[k * n : (k + 1) * n].T, {"units": _UNITS[k]})
@@ -58,13 +50,7 @@ def dataset(
         "conditioning": ("time", out[checks + 1], {"units": "1"}),
         "home": ("coordinate", [solver.home.get(name, np.nan) for name in solver.coordinates]),
     }
-    coordinates: dict[str, Any] = {
-        "time": ("time", time, {"units": "s"}),
-        "coordinate": list(solver.coordinates),
-        "unit": ("coordinate", units),
-        "actuated": ("coordinate", actuated),
-        "driven": ("coordinate", [name in solver.driven for name in solver.coordinates]),
-    }
+    coordinates: dict[str, Any] = {"time": ("time", time, {"units": "s"})}
     if figures is not None:
         last = None if before is None else before["body_orientation"].values[-1]
         variables |= _bodies(figures, len(points), len(time), last)
@@ -77,9 +63,37 @@ def dataset(
         "mechanism": solver.mechanism.name,
         "motion": motion.name,
         "motion_derivatives": motion.derivatives,
-        "characteristic_length": graph.length,
+        "characteristic_length": solver.graph.length,
     }
-    return xr.Dataset(variables, coordinates, attributes)
+    labels, added = solver.labels, xr.Coordinates(coordinates)
+    whole = xr.Coordinates(
+        {**labels.variables, **added.variables},
+        indexes={**labels.xindexes, **added.xindexes},
+    )
+    return xr.Dataset(variables, whole, attributes)
+
+
+def labels_of(solver: Solver) -> xr.Coordinates:
+    """What is the same in every result: names of coordinates, their units, what drives."""
+    import xarray as xr
+
+    graph = solver.graph
+    numbers = {c.name: k for k, c in enumerate(graph.coordinates)}
+    units = [
+        "rad" if name in graph.cones else graph.coordinates[numbers[name]].unit
+        for name in solver.coordinates
+    ]
+    actuated = [
+        name in numbers and graph.coordinates[numbers[name]].actuated for name in solver.coordinates
+    ]
+    return xr.Coordinates(
+        {
+            "coordinate": list(solver.coordinates),
+            "unit": ("coordinate", units),
+            "actuated": ("coordinate", actuated),
+            "driven": ("coordinate", [name in solver.driven for name in solver.coordinates]),
+        }
+    )
 
 
 def require_solved(ds: xr.Dataset) -> xr.Dataset:

@@ -29,7 +29,7 @@ from parakin.machine import POINT_FIGURES
 from parakin.motion import Motion, Samples
 from parakin.ordering import plan_of
 from parakin.plan import Plan
-from parakin.results import dataset, quaternions
+from parakin.results import dataset, labels_of, quaternions
 from parakin.singularities import Closeness, closeness
 from parakin.spatial import FLOATS
 from parakin.status import (
@@ -328,6 +328,11 @@ class Solver:
         if inputs.ndim == 1:
             return out[:, 0], 0 if walked is None else int(walked[0])
         return out, 0 if walked is None else walked
+
+    @cached_property
+    def labels(self) -> xr.Coordinates:
+        """What its results have in common: names of coordinates, their units, what drives."""
+        return labels_of(self)
 
     @cached_property
     def _units(self) -> FloatArray:

@@ -30,6 +30,9 @@ from parakin.walking import iterate
 _HALVED = 32  # steps halved at once, counted from the first that does not hold
 _READ = 2.0**-12  # of a step: as far as the turns of angles that are read off are looked into
 _PARTS = 50_000  # moments; what needs more of them for a few hundred steps is too wild
+_BLOCK = 256  # samples held to the rule at once, so that what is worked out stays in the cache
+_SWING = 2.0  # times the velocity at a moment: the most an angle turns until the next
+_MARGIN = 0.1  # rad from where an angle wraps
 _BLOWN = 5.0  # times what they were a hundred moments before: velocities at an end of reach
 
 
@@ -70,6 +73,9 @@ class Stretch:
             [layout.units[order[row]] if row in order else 1.0 for row in self._watched.tolist()]
         )
         self._turning = np.isin(self._watched, layout.angles)
+        plan = chart.plan
+        numbers = [chart.outputs.coordinates[row] for row in layout.angles]
+        self._centres = np.array([plan.home[k] - plan.offset(k) for k in numbers], dtype=float)
 
     def evaluated(self, time: FloatArray, step: FloatArray, guess: FloatArray) -> Nodes:
         driven = self._course.at(time, len(self._layout.found))
@@ -274,21 +280,57 @@ class Stretch:
         out = self._solved_at(
             driven, guess, lambda inputs: self.chart.run(inputs, parallel=parallel)
         )
-        status = classify(out, self._layout)
+        good = classify(out, self._layout) == Status.CONVERGED
         left = np.searchsorted(nodes.time, time, side="right") - 1
-        counts = np.bincount(left, minlength=len(nodes.time))
-        before = self._orders_of(nodes.out).repeat(counts, axis=2)
-        after = self._orders_of(out)
-        h = time - nodes.time.repeat(counts)
+        doubtful = np.flatnonzero(~(good & self._plain(nodes, out, left)))
+        for start in range(0, len(doubtful), _BLOCK):
+            chosen = doubtful[start : start + _BLOCK]
+            fits = good[chosen] & self._fits(nodes, time, out, left, chosen)
+            if not fits.all():
+                return out, float(time[chosen[int(np.argmin(fits))]])
+        return out, None
+
+    def _plain(self, nodes: Nodes, out: FloatArray, left: NDArray[np.intp]) -> BoolArray:
+        """Samples that can be nowhere else: a closed form keeps to its root between moments where
+        it does, unless its figure has been near zero, and no angle comes to where it wraps.
+        """
+        if len(self._layout.found[0]) or len(nodes.time) < 2:
+            return np.zeros(len(left), dtype=bool)
+        figure = nodes.out[self._layout.checks + 1]
+        least = 0.5 * np.minimum(figure[:-1], figure[1:])
+        rows = self._layout.angles
+        away = np.abs(nodes.out[rows] - self._centres[:, None])
+        swing = np.abs(nodes.out[rows + self._layout.rows]) * _SWING
+        h = np.diff(nodes.time)
+        wrapping = np.maximum((away + swing * np.append(h, h[-1]))[:, :-1], away[:, 1:])
+        least[~(wrapping.max(axis=0, initial=0.0) < np.pi - _MARGIN)] = np.inf
+        plain: BoolArray = out[self._layout.checks + 1] > np.append(least, np.inf)[left]
+        return plain
+
+    def _fits(
+        self,
+        nodes: Nodes,
+        time: FloatArray,
+        out: FloatArray,
+        left: NDArray[np.intp],
+        chosen: NDArray[np.intp],
+    ) -> BoolArray:
+        """Which of these samples follow from the moment before them; their angles count on."""
+        before = self._orders_of(nodes.out)[:, :, left[chosen]]
+        found = out[:, chosen]
+        after = self._orders_of(found)
+        h = time[chosen] - nodes.time[left[chosen]]
         turns = counted_on(h, before, after, self._turning)
         if np.any(turns):
             after[0] += 2 * np.pi * np.nan_to_num(turns)
-            out[self._watched] = after[0]
-        pace = np.append(self._pace(nodes), 0.0)[left] if len(nodes.time) > 1 else np.zeros(len(h))
+            out[np.ix_(self._watched, chosen)] = after[0]
+        pace = np.zeros(len(nodes.time))
+        pace[:-1] = self._pace(nodes)
+        digits = self._digits(found)
         with np.errstate(invalid="ignore"):
-            smooth = follows(h, before, after, pace, self._watched_units, self._digits(out))
-        smooth = smooth[self._solved].all(axis=0) & (status == Status.CONVERGED)
-        return out, None if smooth.all() else float(time[int(np.argmin(smooth))])
+            smooth = follows(h, before, after, pace[left[chosen]], self._watched_units, digits)
+        fits: BoolArray = np.logical_and.reduce(smooth[self._solved])
+        return fits
 
 
 def joined(*parts: Nodes) -> Nodes:

@@ -102,7 +102,7 @@ class Track:
     def _reach(self, first: float, until: float) -> None:
         """Walk on until `until` is covered; what lies before `first` is needed no more."""
         if not self._walks:
-            self._enter(float(self._course.steps(-np.inf, -np.inf)[0]))
+            self._enter(until)
         while self._ending is None and self._walks[-1][1].time[-1] < until:
             stretch, nodes = self._walks[-1]
             ends = self._course.steps(float(nodes.time[-1]), until)[:_AT_ONCE]
@@ -117,22 +117,27 @@ class Track:
         kept = max(int(np.searchsorted(nodes.time, first, side="right")) - 1, 0)
         self._walks[0] = (stretch, nodes.part(slice(kept, None)))
 
-    def _enter(self, time: float) -> None:
-        """From home to where the motion begins."""
-        chart = self._first.chart
+    def _enter(self, until: float) -> None:
+        """From home to where the motion begins; where no guess is needed, on at once."""
+        stretch, chart = self._first, self._first.chart
         layout = chart.layout
-        driven = self._course.at(np.array([time]), len(layout.found))
-        guess = np.empty((0, 1))
-        status = Status.CONVERGED
+        ends = self._course.steps(-np.inf, until)[:_AT_ONCE]
+        guess = np.empty((0, len(ends)))
+        status, ending = Status.CONVERGED, None
         if len(layout.found[0]):
+            ends = ends[:1]
+            driven = self._course.at(ends, len(layout.found))
             out, walked = walk(chart.walker, self._home, driven[0], self._units)
-            guess = out[chart.walker.layout.found[0]]
-            status = Status(int(walked[0]))
-        nodes = self._first.evaluated(np.array([time]), np.ones(1), guess)
-        status = status or Status(int(classify(nodes.out, layout)[0]))
-        self._walks = [(self._first, nodes)]
-        if status != Status.CONVERGED:
-            self._ending = Ending(-np.inf, status)
+            guess, status = out[chart.walker.layout.found[0]], Status(int(walked[0]))
+        nodes = stretch.evaluated(ends, np.diff(ends, prepend=ends[0]), guess)
+        status = status or Status(int(classify(nodes.out[:, :1].copy(), layout)[0]))
+        if status == Status.CONVERGED:
+            nodes, ending = stretch.certified(nodes)
+        else:
+            nodes, ending = nodes.part(slice(0, 1)), Ending(-np.inf, status)
+        self._walks = [(stretch, nodes)]
+        if ending and (status != Status.CONVERGED or not self._changed_chart(ending)):
+            self._ending = ending
 
     def _changed_chart(self, ending: Ending) -> bool:
         """Go on with another chart, if it is only the plan that ends here and not the mechanism."""
