@@ -65,8 +65,8 @@ def plan_of(
     graph, home = unlocked(plain, home, driven)
     samples = neighbours(graph, graph.posed_tree(), home, 3) or [home]
     idle = check_driven(graph, driven, home, samples)
-    inside = [k for k in idle if k < len(plain.coordinates)]
-    opened, apart = _with_room(plain, (*driven, *inside), whole)
+    firmly = [k for k in idle if k < len(plain.coordinates)]
+    opened, apart = _with_room(plain, (*driven, *firmly), whole)
     if opened is not plain:
         return plan_of(opened, driven, apart, cut, zero=zero, everywhere=everywhere)
     firm = {graph.coordinates[k].joint for k in (*driven, *idle)}
@@ -112,7 +112,10 @@ def plan_of(
     signs = loop_signs(graph, tree)
     blocks = paradoxes_whole(graph, tree, signs, blocks, here)
     blocks = [signed(graph, signs, block, here) for block in blocks]
-    spared = sorted(set(graph.inside(tree)) & (affine.keys() - given))
+    # A rule of a joint that is cut would be checked by nothing: its coordinates are read off.
+    inside = set(graph.inside(tree))
+    affine = {k: rule for k, rule in affine.items() if k in inside or k in given}
+    spared = sorted(inside & (affine.keys() - given))
     return Plan(
         graph,
         tree,

@@ -6,7 +6,6 @@ arrays; `solve` a motion, as a labelled Dataset; `stream` a motion of any length
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -292,7 +291,7 @@ class Solver:
         most = np.abs(drift).max(initial=0.0)
         if most > 0.5:  # false of NaN
             out[rows] += 2 * np.pi * np.round(drift)
-        if not most < TURNS or not math.isfinite(guess.sum()):
+        if not most < TURNS or not np.isfinite(guess).all():
             large = np.abs(guess[rows]) < 2 * np.pi * TURNS
             sound = np.isfinite(guess).all(axis=0) & large.all(axis=0)
             if len(start.found):

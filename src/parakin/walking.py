@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parakin.atlas import Chart
-from parakin.continuity import counted_on, follows
+from parakin.continuity import ASIDE, counted_on, follows, stays_clear
 from parakin.status import RESIDUAL, FloatArray, Layout, Run, Status, StatusArray, classify
 
 _REPEATS = 12  # runs of a kernel (a few Newton steps each) before giving up
@@ -106,6 +106,13 @@ def _walked(
         last, next_ = before[solved], found[solved]
         next_[0] += 2 * np.pi * np.nan_to_num(counted_on(h, last, next_, turning))
         smooth = follows(h, last, next_, pace[going], layout.units, figures).all(axis=0)
+        if layout.unsigned:
+            aside = ASIDE * h
+            figure, row = [], layout.checks + 4
+            for start, ends, way in ((part[going], before, aside), (target, found, -aside)):
+                x, v, _ = ends[layout.found[:3]]
+                figure.append(at(start + way, x + way * v, going)[row])
+            smooth &= stays_clear(h, before[row], found[row], *figure)
         verdict[(verdict == Status.CONVERGED) & ~smooth] = Status.BRANCH_CHANGE
         good = verdict == Status.CONVERGED
         done = going[good]
