@@ -65,8 +65,10 @@ class Chart:
 
     @cached_property
     def walker(self) -> Chart:
-        """What walks from home: the coordinates that are solved for and their rates alone."""
-        outputs = Outputs(tuple(unknowns_of(self.plan)), derivatives=2)
+        """What walks from home: the coordinates that are iterated and their rates alone. (Those of
+        closed forms keep to their roots.)
+        """
+        outputs = Outputs(tuple(newton_unknowns(self.plan)), derivatives=2)
         return Chart(self.plan, outputs, len(outputs.coordinates), self.machine_code)
 
     def figures(

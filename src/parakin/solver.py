@@ -6,6 +6,7 @@ arrays; `solve` a motion, as a labelled Dataset; `stream` a motion of any length
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -252,8 +253,10 @@ class Solver:
     def _start_of(self, guess: ArrayLike | Tick, shape: tuple[int, ...]) -> _Start:
         """A guess in parts. Raises InputError where it does not fit poses of this shape."""
         tick = guess if isinstance(guess, Tick) else None
-        position = _numbers(guess, "guess") if tick is None else self._defined(tick)  # type: ignore[arg-type]
         n = self.layout.reported
+        if isinstance(guess, np.ndarray) and guess.shape == (n, *shape) and not self._hidden:
+            return _Start(guess, guess[self.layout.found[0]])
+        position = _numbers(guess, "guess") if tick is None else self._defined(tick)  # type: ignore[arg-type]
         if position.shape not in ((n,), (n, *shape)):
             each = f" or ({n}, {shape[0]})" if shape else ""
             expected = f"({n},){each}: one row per coordinate"
@@ -283,23 +286,31 @@ class Solver:
 
     def _turned_to(self, out: FloatArray, start: _Start) -> bool:
         """Turn angles to within half a turn of the guess. Returns whether some guess is no good."""
-        rows = self.layout.angles[self.layout.angles < self.layout.reported]
-        guess = start.position
-        if out.ndim == 2 and guess.ndim == 1:
-            guess = guess[:, None]
-        drift = (guess[rows] - out[rows]) * (0.5 / np.pi)
-        most = np.abs(drift).max(initial=0.0)
-        if most > 0.5:  # false of NaN
-            out[rows] += 2 * np.pi * np.round(drift)
-        if not most < TURNS or not np.isfinite(guess).all():
-            large = np.abs(guess[rows]) < 2 * np.pi * TURNS
-            sound = np.isfinite(guess).all(axis=0) & large.all(axis=0)
-            if len(start.found):
-                sound = sound & np.isfinite(start.found).all(axis=0)
-            start.sound = np.broadcast_to(sound, out.shape[1:] or (1,))
-            if not start.sound.all():
-                return True
-        return False
+        rows, guess = self._told_angles, start.position
+        good = (
+            all(map(math.isfinite, guess.tolist())) if guess.ndim == 1 else np.isfinite(guess).all()
+        )
+        if len(rows):
+            if out.ndim == 2 and alone:
+                guess = guess[:, None]
+            drift = (guess[rows] - out[rows]) * (0.5 / np.pi)
+            most = np.abs(drift).max(initial=0.0)
+            if most > 0.5:  # false of NaN
+                out[rows] += 2 * np.pi * np.round(drift)
+            good &= bool(most < TURNS)
+        if good and (not self._hidden or np.isfinite(start.found).all()):
+            return False
+        guess = guess if guess.ndim == 2 else guess[:, None]
+        found = start.found if start.found.ndim == 2 else start.found[:, None]
+        sound = np.isfinite(guess).all(axis=0) & np.isfinite(found).all(axis=0)
+        sound &= (np.abs(guess[rows]) < 2 * np.pi * TURNS).all(axis=0)
+        start.sound = np.broadcast_to(sound, out.shape[1:] or (1,))
+        return not start.sound.all()
+
+    @cached_property
+    def _told_angles(self) -> NDArray[np.intp]:
+        rows: NDArray[np.intp] = self.layout.angles[self.layout.angles < self.layout.reported]
+        return rows
 
     @cached_property
     def _cone_rows(self) -> list[int]:

@@ -35,11 +35,10 @@ def iterate(run: Run, layout: Layout, driven: FloatArray, guess: FloatArray) -> 
     residual, size = out[layout.checks], out[layout.checks + 3]
     for repeat in range(_REPEATS):
         # A step or two beyond what is needed reaches round-off, and costs little.
-        wanted = RESIDUAL * (0.01 if repeat < 2 else 1.0) * size
-        open_ = ~(residual <= wanted)
-        if not open_.any():
+        closed = residual <= (RESIDUAL * (0.01 if repeat < 2 else 1.0)) * size
+        if closed.all():
             break
-        open_ &= _hopeful(out, layout)
+        open_ = ~closed & _hopeful(out, layout)
         if not open_.any():
             break
         again = np.concatenate([driven[:, open_], out[layout.found[0]][:, open_]])
@@ -109,9 +108,9 @@ def _walked(
         if layout.unsigned:
             aside = ASIDE * h
             figure, row = [], layout.checks + 4
-            for start, ends, way in ((part[going], before, aside), (target, found, -aside)):
+            for place, ends, way in ((part[going], before, aside), (target, found, -aside)):
                 x, v, _ = ends[layout.found[:3]]
-                figure.append(at(start + way, x + way * v, going)[row])
+                figure.append(at(place + way, x + way * v, going)[row])
             smooth &= stays_clear(h, before[row], found[row], *figure)
         verdict[(verdict == Status.CONVERGED) & ~smooth] = Status.BRANCH_CHANGE
         good = verdict == Status.CONVERGED
