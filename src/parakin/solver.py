@@ -287,9 +287,8 @@ class Solver:
     def _turned_to(self, out: FloatArray, start: _Start) -> bool:
         """Turn angles to within half a turn of the guess. Returns whether some guess is no good."""
         rows, guess = self._told_angles, start.position
-        good = (
-            all(map(math.isfinite, guess.tolist())) if guess.ndim == 1 else np.isfinite(guess).all()
-        )
+        alone = guess.ndim == 1
+        good = all(map(math.isfinite, guess.tolist())) if alone else bool(np.isfinite(guess).all())
         if len(rows):
             if out.ndim == 2 and alone:
                 guess = guess[:, None]
