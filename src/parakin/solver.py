@@ -294,7 +294,7 @@ class Solver:
                 guess = guess[:, None]
             drift = (guess[rows] - out[rows]) * (0.5 / np.pi)
             most = np.abs(drift).max(initial=0.0)
-            if most > 0.5:  # false of NaN
+            if not most <= 0.5:  # true of NaN, in whatever column
                 out[rows] += 2 * np.pi * np.round(drift)
             good &= bool(most < TURNS)
         if good and (not self._hidden or np.isfinite(start.found).all()):
