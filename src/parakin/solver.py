@@ -498,7 +498,7 @@ class Solver:
             low, high = self.graph.limits(name)
             if not (np.isinf(low) and np.isinf(high)):
                 outside = (out[row] < low) | (out[row] > high)
-                status[outside & (status == Status.CONVERGED)] = Status.LIMIT_EXCEEDED
+                status[outside & np.isin(status, SOLVED)] = Status.LIMIT_EXCEEDED
 
 
 def _tame(inputs: FloatArray) -> bool:
