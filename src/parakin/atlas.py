@@ -33,6 +33,7 @@ from parakin.status import FloatArray, Layout, Triple
 
 STEPS = 3  # Newton steps per run of a kernel: round-off from one or two hundredths away
 _LOOSE = 10.0  # over this: how firmly a home is held that is as good as any
+LANES = 8  # or a divisor of it: columns that machine code works out together
 _SPREAD = 8192  # batches smaller than this are not worth a second core
 
 
@@ -59,9 +60,37 @@ class Chart:
         return output_count(self.outputs)
 
     def run(self, inputs: FloatArray, *, parallel: bool = False) -> FloatArray:
+        """Outputs (rows,) or (rows, n) of inputs alike."""
+        if self._whole_lanes and (inputs.ndim == 1 or inputs.shape[1] % LANES):
+            return self._run_in_lanes(inputs, parallel=parallel)
         out = np.empty((self._results, *inputs.shape[1:]))
         self.kernel(inputs, out, parallel and inputs.shape[-1] >= _SPREAD)
         return out
+
+    @cached_property
+    def _whole_lanes(self) -> bool:
+        return self.machine_code and bool(newton_unknowns(self.plan))
+
+    def _run_in_lanes(self, inputs: FloatArray, *, parallel: bool) -> FloatArray:
+        """Where Newton iterates from far off the last digit may decide where it ends. Machine code
+        rounds alike in all lanes of a vector, but not in what is left over: so nothing is.
+        """
+        columns = inputs[:, None] if inputs.ndim == 1 else inputs
+        n = columns.shape[1]
+        whole = np.empty((len(inputs), n + -n % LANES))
+        whole[:, :n], whole[:, n:] = columns, columns[:, -1:]
+        out = np.empty((self._results, whole.shape[1]))
+        self.kernel(whole, out, parallel and n >= _SPREAD)
+        return out[:, 0] if inputs.ndim == 1 else out[:, :n]
+
+    def alone(self, inputs: FloatArray, guess: FloatArray) -> FloatArray:
+        """Outputs (rows,) of one pose, rounded as in a batch."""
+        lanes = LANES if self._whole_lanes else 1
+        whole = np.empty((len(inputs) + len(guess), lanes))
+        whole[: len(inputs)], whole[len(inputs) :] = inputs[:, None], guess[:, None]
+        out = np.empty((self._results, lanes))
+        self.kernel(whole, out, False)
+        return out[:, 0]
 
     @cached_property
     def walker(self) -> Chart:

@@ -44,7 +44,7 @@ from parakin.status import (
     classify,
 )
 from parakin.tracking import Piece, Track
-from parakin.walking import State, iterate, walk
+from parakin.walking import CLOSED, State, iterate, walk
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -182,7 +182,8 @@ class Solver:
         numbers = columns[:checks]
         if self._outputs.checks:
             status = classify(columns, self.layout)
-            status = np.where(walked, walked, status).astype(np.int8)
+            if np.any(walked):
+                status = np.where(walked, walked, status).astype(np.int8)
         else:
             status = np.zeros(columns.shape[1], dtype=np.int8)
             if np.isnan(numbers.sum()):
@@ -322,6 +323,10 @@ class Solver:
         self, inputs: FloatArray, guess: FloatArray | None
     ) -> tuple[FloatArray, StatusArray | int]:
         """Outputs, and where there is no guess what became of the walk from home."""
+        if inputs.ndim == 1 and guess is not None:
+            alone = self._chart.alone(inputs, guess)
+            if alone[self.layout.checks] <= CLOSED * alone[self.layout.checks + 3]:
+                return alone, 0
         columns = inputs[:, None] if inputs.ndim == 1 else inputs
         walked: StatusArray | None = None
         if guess is None:
@@ -505,7 +510,9 @@ def _tame(inputs: FloatArray) -> bool:
     """Whether all are numbers, and none so large that accelerations might overflow."""
     if inputs.ndim == 1:
         return all(-_WILD < value < _WILD for value in inputs.tolist())
-    return bool(np.abs(inputs).max(initial=0.0) < _WILD)
+    flat = inputs.ravel()
+    with np.errstate(over="ignore", invalid="ignore"):
+        return bool(np.dot(flat, flat) < _WILD)  # false of NaN
 
 
 class _Start:

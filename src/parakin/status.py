@@ -96,7 +96,8 @@ def blank_undefined(out: FloatArray, layout: Layout) -> NDArray[np.bool_]:
     """Make angles NaN where they are not defined, with their rates. Returns which samples (n,)."""
     found = np.zeros(out.shape[1], dtype=bool)
     for rows, second, same in layout.triples:
-        told = np.sin(out[second]) if same else np.cos(out[second])
+        with np.errstate(invalid="ignore"):
+            told = np.sin(out[second]) if same else np.cos(out[second])
         undefined = np.abs(told) < LOCKED
         if undefined.any():
             found |= undefined

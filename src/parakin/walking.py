@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parakin.atlas import Chart
-from parakin.continuity import ASIDE, counted_on, follows, stays_clear
+from parakin.continuity import ASIDE, follows, stays_clear
 from parakin.status import RESIDUAL, FloatArray, Layout, Run, Status, StatusArray, classify
 
+CLOSED = 0.01 * RESIDUAL  # what is aimed at by the first steps
 _REPEATS = 12  # runs of a kernel (a few Newton steps each) before giving up
 _HALVINGS = 14
 _SHORT = 1e-4  # of a unit: a way no longer than this is all but none
@@ -35,7 +36,7 @@ def iterate(run: Run, layout: Layout, driven: FloatArray, guess: FloatArray) -> 
     residual, size = out[layout.checks], out[layout.checks + 3]
     for repeat in range(_REPEATS):
         # A step or two beyond what is needed reaches round-off, and costs little.
-        closed = residual <= (RESIDUAL * (0.01 if repeat < 2 else 1.0)) * size
+        closed = residual <= (CLOSED if repeat < 2 else RESIDUAL) * size
         if closed.all():
             break
         open_ = ~closed & _hopeful(out, layout)
@@ -88,7 +89,6 @@ def _walked(
     out = at(part, here, np.arange(n))
     status = classify(out, layout)
     now = out.copy()
-    turning = np.isin(layout.unknowns, layout.angles)
     solved = layout.unknowns + layout.rows * np.arange(3)[:, None]
     going = np.flatnonzero(status == Status.CONVERGED)
     for _ in range(_ATTEMPTS):
@@ -96,32 +96,33 @@ def _walked(
             return out, status
         target = np.minimum(part[going] + size[going], 1.0)
         h = target - part[going]
-        before = now[:, going]
+        before = now if len(going) == n else now[:, going]
         x, v, a = before[layout.found[:3]]
         guess = x + h * (v + 0.5 * h * a)
         found = at(target, guess, going)
         verdict = classify(found, layout)
         figures = chart.grip * found[layout.checks + 1]
-        last, next_ = before[solved], found[solved]
-        next_[0] += 2 * np.pi * np.nan_to_num(counted_on(h, last, next_, turning))
-        smooth = follows(h, last, next_, pace[going], layout.units, figures).all(axis=0)
+        ends = before[solved], found[solved]
+        smooth = follows(h, *ends, pace[going], layout.units, figures).all(axis=0)
         if layout.unsigned:
             aside = ASIDE * h
             figure, row = [], layout.checks + 4
-            for place, ends, way in ((part[going], before, aside), (target, found, -aside)):
-                x, v, _ = ends[layout.found[:3]]
+            for place, end, way in ((part[going], before, aside), (target, found, -aside)):
+                x, v, _ = end[layout.found[:3]]
                 figure.append(at(place + way, x + way * v, going)[row])
             smooth &= stays_clear(h, before[row], found[row], *figure)
         verdict[(verdict == Status.CONVERGED) & ~smooth] = Status.BRANCH_CHANGE
         good = verdict == Status.CONVERGED
-        done = going[good]
-        now[:, done], part[done] = found[:, good], target[good]
-        size[done] *= 2.0
-        size[going[~good]] *= 0.5
-        stuck = size[going] < 0.5**_HALVINGS
+        there = good & (target == 1.0)
+        if there.all() and len(going) == n:
+            return found, verdict
+        size[going] *= np.where(good, 2.0, 0.5)
+        stuck = ~good & (size[going] < 0.5**_HALVINGS)
         given_up = stuck & np.isin(verdict, (Status.ITERATION_LIMIT, Status.BRANCH_CHANGE))
         verdict[given_up] = Status.NOT_REACHED
-        out[:, going], status[going] = found, verdict
-        going = going[~(good & (target == 1.0)) & ~stuck]
+        leaving, on = there | stuck, good & ~there
+        out[:, going[leaving]], status[going[leaving]] = found[:, leaving], verdict[leaving]
+        now[:, going[on]], part[going[on]] = found[:, on], target[on]
+        going = going[~leaving]
     status[going] = Status.NOT_REACHED
     return out, status
