@@ -328,7 +328,7 @@ def test_a_guess_that_is_no_number_flags_its_own_column_alone() -> None:
         assert np.isnan(tick.position[:, 3]).all()
         others = np.arange(13) != 3
         np.testing.assert_allclose(tick.position[1:, others], guess[1:, others], atol=1e-9)
-        assert solver.at(y[:, 3], guess=bad[:, 3]).status == tick.status[3]
+        assert solver.at(y[:, 3], guess=bad[:, 3]).status == np.asarray(tick.status)[3]
 
 
 @pytest.mark.parametrize("shape", [(3,), (4, 2), (4, 1), (13, 4), ()])

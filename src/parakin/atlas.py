@@ -61,15 +61,16 @@ class Chart:
 
     def run(self, inputs: FloatArray, *, parallel: bool = False) -> FloatArray:
         """Outputs (rows,) or (rows, n) of inputs alike."""
-        if self._whole_lanes and (inputs.ndim == 1 or inputs.shape[1] % LANES):
+        if self.lanes > 1 and (inputs.ndim == 1 or inputs.shape[1] % LANES):
             return self._run_in_lanes(inputs, parallel=parallel)
         out = np.empty((self._results, *inputs.shape[1:]))
         self.kernel(inputs, out, parallel and inputs.shape[-1] >= _SPREAD)
         return out
 
     @cached_property
-    def _whole_lanes(self) -> bool:
-        return self.machine_code and bool(newton_unknowns(self.plan))
+    def lanes(self) -> int:
+        """How many columns are worked out together where it matters how they are rounded."""
+        return LANES if self.machine_code and newton_unknowns(self.plan) else 1
 
     def _run_in_lanes(self, inputs: FloatArray, *, parallel: bool) -> FloatArray:
         """Where Newton iterates from far off the last digit may decide where it ends. Machine code
@@ -85,10 +86,9 @@ class Chart:
 
     def alone(self, inputs: FloatArray, guess: FloatArray) -> FloatArray:
         """Outputs (rows,) of one pose, rounded as in a batch."""
-        lanes = LANES if self._whole_lanes else 1
-        whole = np.empty((len(inputs) + len(guess), lanes))
+        whole = np.empty((len(inputs) + len(guess), self.lanes))
         whole[: len(inputs)], whole[len(inputs) :] = inputs[:, None], guess[:, None]
-        out = np.empty((self._results, lanes))
+        out = np.empty((self._results, self.lanes))
         self.kernel(whole, out, False)
         return out[:, 0]
 

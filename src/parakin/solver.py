@@ -338,7 +338,7 @@ class Solver:
             start = guess[:, None] if guess.ndim == 1 else guess
             if start.shape[1] != columns.shape[1]:
                 start = np.broadcast_to(start, (len(start), columns.shape[1]))
-        out = iterate(self._run, self.layout, columns, start)
+        out = iterate(self._chart, columns, start)
         if inputs.ndim == 1:
             return out[:, 0], 0 if walked is None else int(walked[0])
         return out, 0 if walked is None else walked

@@ -24,7 +24,7 @@ from parakin.continuity import (
 )
 from parakin.course import Course, hermite
 from parakin.motion import Samples
-from parakin.status import FloatArray, Run, Status, classify
+from parakin.status import FloatArray, Status, classify
 from parakin.walking import iterate
 
 _HALVED = 32  # steps halved at once, counted from the first that does not hold
@@ -79,11 +79,15 @@ class Stretch:
 
     def evaluated(self, time: FloatArray, step: FloatArray, guess: FloatArray) -> Nodes:
         driven = self._course.at(time, len(self._layout.found))
-        return Nodes(time, driven, self._solved_at(driven, guess, self.chart.run), step)
+        return Nodes(time, driven, self._solved_at(driven, guess), step)
 
-    def _solved_at(self, driven: FloatArray, guess: FloatArray, run: Run) -> FloatArray:
+    def _solved_at(
+        self, driven: FloatArray, guess: FloatArray, *, parallel: bool = False
+    ) -> FloatArray:
         inputs = driven.reshape(-1, driven.shape[2])
-        return iterate(run, self._layout, inputs, guess) if len(guess) else run(inputs)
+        if len(guess):
+            return iterate(self.chart, inputs, guess, parallel=parallel)
+        return self.chart.run(inputs, parallel=parallel)
 
     def walked(self, head: Nodes, ends: FloatArray) -> tuple[Nodes, Ending | None]:
         """On from one moment to the ends of steps, or as far as it goes; with that moment."""
@@ -226,7 +230,7 @@ class Stretch:
         if len(self._layout.found[0]):
             x, v, a = sides.out[self._layout.found[:3]]
             guess = x + aside * (v + 0.5 * aside * a)
-        out = self._solved_at(driven, guess, self.chart.run)
+        out = self._solved_at(driven, guess)
         ahead, behind = np.split(out[row], 2)
         with np.errstate(all="ignore"):
             clear = stays_clear(h, figure[near], figure[near + 1], ahead, behind)
@@ -277,9 +281,7 @@ class Stretch:
                 if len(nodes.time) > 1
                 else known[0].repeat(len(time), axis=1)
             )
-        out = self._solved_at(
-            driven, guess, lambda inputs: self.chart.run(inputs, parallel=parallel)
-        )
+        out = self._solved_at(driven, guess, parallel=parallel)
         good = classify(out, self._layout) == Status.CONVERGED
         left = np.searchsorted(nodes.time, time, side="right") - 1
         doubtful = np.flatnonzero(~(good & self._plain(nodes, out, left)))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from parakin.atlas import Chart
 from parakin.continuity import ASIDE, follows, stays_clear
-from parakin.status import RESIDUAL, FloatArray, Layout, Run, Status, StatusArray, classify
+from parakin.status import RESIDUAL, FloatArray, Layout, Status, StatusArray, classify
 
 CLOSED = 0.01 * RESIDUAL  # what is aimed at by the first steps
 _REPEATS = 12  # runs of a kernel (a few Newton steps each) before giving up
@@ -27,23 +27,33 @@ class State(NamedTuple):
     found: FloatArray
 
 
-def iterate(run: Run, layout: Layout, driven: FloatArray, guess: FloatArray) -> FloatArray:
+def iterate(
+    chart: Chart, driven: FloatArray, guess: FloatArray, *, parallel: bool = False
+) -> FloatArray:
     """A batch from guesses, repeated while that may help.
 
-    driven (orders k, n): positions and derivatives; guess (m, n).
+    driven (orders k, n): positions and derivatives; guess (m, n). What does not close at once has
+    been thrown far, and the last digit may decide where to; machine code rounds by what else is in
+    a vector. So it begins anew with a vector to itself.
     """
-    out = run(np.ascontiguousarray(np.concatenate([driven, guess])))
-    residual, size = out[layout.checks], out[layout.checks + 3]
+    layout = chart.layout
+    inputs = np.ascontiguousarray(np.concatenate([driven, guess]))
+    out = chart.run(inputs, parallel=parallel)
+    open_ = np.flatnonzero(~(out[layout.checks] <= CLOSED * out[layout.checks + 3]))
+    if not len(open_):
+        return out
+    again, known = inputs[:, open_], len(driven)
     for repeat in range(_REPEATS):
+        found = chart.run(again.repeat(chart.lanes, axis=1))[:, :: chart.lanes]
+        out[:, open_] = found
         # A step or two beyond what is needed reaches round-off, and costs little.
-        closed = residual <= (CLOSED if repeat < 2 else RESIDUAL) * size
-        if closed.all():
+        wanted = CLOSED if repeat < 2 else RESIDUAL
+        closed = found[layout.checks] <= wanted * found[layout.checks + 3]
+        kept = ~closed & _hopeful(found, layout)
+        if not kept.any():
             break
-        open_ = ~closed & _hopeful(out, layout)
-        if not open_.any():
-            break
-        again = np.concatenate([driven[:, open_], out[layout.found[0]][:, open_]])
-        out[:, open_] = run(np.ascontiguousarray(again))
+        open_, again = open_[kept], again[:, kept]
+        again[known:] = found[layout.found[0]][:, kept]
     return out
 
 
@@ -73,7 +83,7 @@ def _walked(
     chart: Chart, begin: State, goal: FloatArray, units: FloatArray
 ) -> tuple[FloatArray, StatusArray]:
     n, k = goal.shape[1], len(goal)
-    run, layout = chart.run, chart.layout
+    layout = chart.layout
     start = begin.driven[0][:, None]
     driven = np.zeros((len(layout.found), k, n))
     driven[1] = goal - start
@@ -82,7 +92,7 @@ def _walked(
     def at(part: FloatArray, guess: FloatArray, chosen: NDArray[np.intp]) -> FloatArray:
         columns = driven[:, :, chosen]
         columns[0] = start + part * columns[1]
-        return iterate(run, layout, columns.reshape(-1, len(chosen)), guess)
+        return iterate(chart, columns.reshape(-1, len(chosen)), guess)
 
     here = np.repeat(begin.found[0][:, None], n, axis=1)
     part, size = np.zeros(n), np.ones(n)
