@@ -53,22 +53,25 @@ class Course:
         if motion.between is not None:
             self._pieces = _pieces(motion.knots, motion.period)
 
-    def steps(self, after: float, until: float) -> FloatArray:
+    def steps(self, after: float, until: float, most: int = 10**9) -> FloatArray:
         """The ends of steps from `after` to the first at `until` or beyond, the motion's start
-        being one.
+        being one; the first `most` of them.
         """
         if self._motion.between is None:
-            return self._recorded_steps(after, until)
+            return self._recorded_steps(after, until, most)
         ends = [self._motion.knots[:1]] if after < self._motion.knots[0] else []
         for begin, end, count in self._pieces:
             if end > after and (begin < until or not ends):
                 width = (end - begin) / count
                 first = max(1, math.floor((after - begin) / width)) if after > begin else 1
-                last = min(count, math.ceil((until - begin) / width) + 1)
-                inner = begin + width * np.arange(first, max(first, last) + 1)
-                inner[np.arange(first, max(first, last) + 1) >= count] = end
+                last = min(count, math.ceil(min((until - begin) / width, 2.0 * count)) + 1)
+                numbers = np.arange(first, min(max(first, last), first + most) + 1)
+                inner = begin + width * numbers
+                inner[numbers >= count] = end
                 ends.append(tuple(inner[inner <= end].tolist()))
-        return _between(np.unique(np.concatenate([np.array(e) for e in ends])), after, until)
+                if sum(map(len, ends)) > most:
+                    break
+        return _between(np.unique(np.concatenate([np.array(e) for e in ends])), after, until)[:most]
 
     def at(self, time: FloatArray, orders: int) -> FloatArray:
         """Driven positions and derivatives, as many orders as are wanted, (orders, k, n)."""
@@ -82,7 +85,7 @@ class Course:
             values[order] = rows
         return values
 
-    def _recorded_steps(self, after: float, until: float) -> FloatArray:
+    def _recorded_steps(self, after: float, until: float, most: int) -> FloatArray:
         first, last = self._block_of(after), self._block_of(until)
         found: list[FloatArray] = []
         total = (self._motion.count - 1) // _BLOCK + 1
@@ -92,7 +95,9 @@ class Course:
             if number == total - 1:
                 ends = np.append(ends, time[-1])
             found.append(ends)
-        return _between(np.unique(np.concatenate(found)), after, until)
+            if sum(map(len, found)) > most + _BLOCK // _STRIDE:
+                break
+        return _between(np.unique(np.concatenate(found)), after, until)[:most]
 
     def _block(self, number: int) -> Samples:
         """Some samples, and the first after them."""

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from parakin.assembly import FloatArray, coordinate_scales
 from parakin.course import hermite
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from parakin.solver import Solver
 
 _LOCATED = 1e-10  # [s]
+_SAME_POSE = 1e-6  # radians and characteristic lengths between a pose as told and as found again
 _STEPS = 8  # Newton steps where a plan iterates, from the sample before
 
 
@@ -78,13 +80,17 @@ def closeness(solver: Solver, result: xr.Dataset, motion: Motion | None = None) 
     mechanism has no actuated coordinates, or not as many as are driven, or no other outputs.
     """
     sets = sets_of(solver)
-    good = np.isin(result["status"].values, SOLVED)
+    solved = np.isin(result["status"].values, SOLVED)
+    good = solved.copy()
     time = result["time"].values
     type1, type2, whole, signs = (np.full(len(time), np.nan) for _ in range(4))
     crossings: list[Crossing] = []
     if good.any():
         path = _Path.of(solver, result, motion)
         rates, q = path.rates(path.driven[0][:, good], path.found[0][:, good], sets)
+        same = _same_poses(solver, result, good, q)
+        good[good], rates, q = same, rates[same], q[:, same]
+    if good.any():
         type1[good], type2[good], signs[good] = _figures(rates, sets)
         values = whole_values(solver.plan, q)
         rank = int((values > RANK * values[:, :1]).sum(axis=1).max())
@@ -92,12 +98,31 @@ def closeness(solver: Solver, result: xr.Dataset, motion: Motion | None = None) 
         crossings = [
             _crossing(path, sets, i) for i in np.flatnonzero(signs[1:] * signs[:-1] < 0).tolist()
         ]
-        first_bad = int(np.argmin(good))
-        if motion is not None and first_bad > 0 and not good[first_bad]:
+        first_bad = int(np.argmin(solved))
+        if motion is not None and good[first_bad - 1] and not solved[first_bad]:
             best = float(np.nanmax(whole))
             crossings += _ending(path, sets, first_bad - 1, rank, best)
-    passive = np.where(good, result["conditioning"].values, np.nan)
+    passive = np.where(solved, result["conditioning"].values, np.nan)
     return Closeness(time, type1, type2, passive, whole, tuple(crossings))
+
+
+def _same_poses(
+    solver: Solver, result: xr.Dataset, good: NDArray[np.bool_], q: FloatArray
+) -> NDArray[np.bool_]:
+    """Which samples the solver's own plan finds where they are: others were solved by another
+    chart, of which nothing is known here.
+    """
+    graph, plan = solver.plan.graph, solver.plan
+    names = [n for n in result["coordinate"].values.tolist() if n not in graph.cones]
+    numbers = [graph.index(name, "result") for name in names]
+    offsets = np.array([plan.offset(k) for k in numbers])
+    told = result["position"].sel(coordinate=names).values.T[:, good]
+    off = (q[numbers] - offsets[:, None] - told) / coordinate_scales(graph)[numbers][:, None]
+    angles = np.array([graph.coordinates[k].angle for k in numbers])
+    off[angles] = np.remainder(off[angles] + np.pi, 2 * np.pi) - np.pi
+    undefined = np.isnan(told)
+    same: NDArray[np.bool_] = (undefined | (np.abs(off) < _SAME_POSE)).all(axis=0)
+    return same
 
 
 @dataclass(frozen=True)

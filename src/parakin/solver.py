@@ -474,6 +474,7 @@ class Solver:
         if made is not None:
             self._charts.append(made)
             yield made
+            self._charts.remove(made)  # it did not serve
 
     def _told(self, pieces: Sequence[Piece], n: int) -> FloatArray:
         """What is reported of samples, all orders, then the checks; NaN where not solved."""

@@ -194,20 +194,12 @@ class Stretch:
         h = np.diff(nodes.time)
         orders = self._orders_of(nodes.out)
         before, after = orders[:, :, :-1], orders[:, :, 1:]
+        pace, digits = self._pace(nodes), self._digits(nodes.out)[1:]
+        driven = nodes.driven[:3, :, :-1], nodes.driven[:3, :, 1:]
         with np.errstate(all="ignore"):
             good = classify(nodes.out.copy(), self._layout) == Status.CONVERGED
-            smooth = follows(
-                h,
-                before,
-                after,
-                self._pace(nodes),
-                self._watched_units,
-                self._digits(nodes.out)[1:],
-            )
-            driven = nodes.driven[:3]
-            smooth_driven = follows(
-                h, driven[:, :, :-1], driven[:, :, 1:], self._pace(nodes), self._units, np.ones(1)
-            ).all(axis=0)
+            smooth = follows(h, before, after, pace, self._watched_units, digits)
+            smooth_driven = follows(h, *driven, pace, self._units, np.ones(1)).all(axis=0)
         solved = np.logical_and.reduce(smooth[self._solved])
         solved &= smooth_driven & good[1:] & good[:-1]
         return self._clear(nodes, solved), np.logical_and.reduce(smooth)
@@ -260,10 +252,8 @@ class Stretch:
         if np.isnan(pair.out[self._layout.checks, 1]):
             return Ending(time, Status.OUT_OF_REACH)
         earlier = int(np.searchsorted(walked.time, time - 100 * moment(time), side="right")) - 1
-        velocity = np.abs(self._orders_of(walked.out)[1, self._solved])
-        blown = velocity[:, -1].max(initial=0.0) > _BLOWN * velocity[:, max(earlier, 0)].max(
-            initial=0.0
-        )
+        velocity = np.abs(self._orders_of(walked.out)[1, self._solved]).max(axis=0, initial=0.0)
+        blown = velocity[-1] > _BLOWN * velocity[max(earlier, 0)]
         return Ending(time, Status.OUT_OF_REACH if blown else Status.BRANCH_CHANGE)
 
     def placed(
@@ -271,8 +261,7 @@ class Stretch:
     ) -> tuple[FloatArray, float | None]:
         """Outputs of samples on the walk, and the time of the first that is not where it leads."""
         time = samples.time
-        orders = len(self._layout.found)
-        driven = np.array(samples.orders[:orders])
+        driven = np.array(samples.orders[: len(self._layout.found)])
         guess = np.empty((0, len(time)))
         if len(self._layout.found[0]):
             known = nodes.out[self._layout.found[:3]]
@@ -285,9 +274,14 @@ class Stretch:
         good = classify(out, self._layout) == Status.CONVERGED
         left = np.searchsorted(nodes.time, time, side="right") - 1
         doubtful = np.flatnonzero(~(good & self._plain(nodes, out, left)))
+        if not len(doubtful):
+            return out, None
+        orders, pace = self._orders_of(nodes.out), np.append(self._pace(nodes), 0.0)
         for start in range(0, len(doubtful), _BLOCK):
             chosen = doubtful[start : start + _BLOCK]
-            fits = good[chosen] & self._fits(nodes, time, out, left, chosen)
+            place = left[chosen]
+            h = time[chosen] - nodes.time[place]
+            fits = good[chosen] & self._fits(h, orders[:, :, place], pace[place], out, chosen)
             if not fits.all():
                 return out, float(time[chosen[int(np.argmin(fits))]])
         return out, None
@@ -311,26 +305,21 @@ class Stretch:
 
     def _fits(
         self,
-        nodes: Nodes,
-        time: FloatArray,
+        h: FloatArray,
+        before: FloatArray,
+        pace: FloatArray,
         out: FloatArray,
-        left: NDArray[np.intp],
         chosen: NDArray[np.intp],
     ) -> BoolArray:
         """Which of these samples follow from the moment before them; their angles count on."""
-        before = self._orders_of(nodes.out)[:, :, left[chosen]]
         found = out[:, chosen]
         after = self._orders_of(found)
-        h = time[chosen] - nodes.time[left[chosen]]
         turns = counted_on(h, before, after, self._turning)
         if np.any(turns):
             after[0] += 2 * np.pi * np.nan_to_num(turns)
             out[np.ix_(self._watched, chosen)] = after[0]
-        pace = np.zeros(len(nodes.time))
-        pace[:-1] = self._pace(nodes)
-        digits = self._digits(found)
         with np.errstate(invalid="ignore"):
-            smooth = follows(h, before, after, pace[left[chosen]], self._watched_units, digits)
+            smooth = follows(h, before, after, pace, self._watched_units, self._digits(found))
         fits: BoolArray = np.logical_and.reduce(smooth[self._solved])
         return fits
 

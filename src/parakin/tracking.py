@@ -54,6 +54,7 @@ class Track:
         self._course, self._home, self._units, self._charts = course, home, units, charts
         self._walks: list[tuple[Stretch, Nodes]] = []  # the last goes on
         self._first = Stretch(chart, course, units)
+        self._switched = -np.inf  # when the last chart took over
         self._ending: Ending | None = None
         self._told = False
 
@@ -105,7 +106,7 @@ class Track:
             self._enter(until)
         while self._ending is None and self._walks[-1][1].time[-1] < until:
             stretch, nodes = self._walks[-1]
-            ends = self._course.steps(float(nodes.time[-1]), until)[:_AT_ONCE]
+            ends = self._course.steps(float(nodes.time[-1]), until, _AT_ONCE)
             found, ending = stretch.walked(nodes.part(slice(-1, None)), ends)
             nodes = joined(nodes, found.part(slice(1, None)))
             self._walks[-1] = (stretch, nodes)
@@ -121,7 +122,7 @@ class Track:
         """From home to where the motion begins; where no guess is needed, on at once."""
         stretch, chart = self._first, self._first.chart
         layout = chart.layout
-        ends = self._course.steps(-np.inf, until)[:_AT_ONCE]
+        ends = self._course.steps(-np.inf, until, _AT_ONCE)
         guess = np.empty((0, len(ends)))
         status, ending = Status.CONVERGED, None
         if len(layout.found[0]):
@@ -143,11 +144,11 @@ class Track:
         """Go on with another chart, if it is only the plan that ends here and not the mechanism."""
         stretch, nodes = self._walks[-1]
         chart, row = stretch.chart, stretch.chart.layout.checks + 1
-        if ending.status == Status.NOT_SMOOTH or len(nodes.time) < 2:
+        figure = np.where(nodes.time > self._switched, nodes.out[row], 0.0)
+        if ending.status == Status.NOT_SMOOTH or not figure.any():
             return False
-        figure = nodes.out[row]
-        good = np.flatnonzero(figure[1:] > _GOOD) + 1
-        place = int(good[-1]) if len(good) else int(np.argmax(figure[1:])) + 1
+        good = np.flatnonzero(figure > _GOOD)
+        place = int(good[-1]) if len(good) else int(np.argmax(figure))
         at, end = (chart.configuration(nodes.driven[0, :, k], nodes.out[:, k]) for k in (place, -1))
         firm, fallen = chart.firm(at), float(figure[-1] / figure[place])
         if not chart.firm(end) > max(_FIRM, _POORER * fallen * firm):
@@ -157,6 +158,7 @@ class Track:
             if begun is not None:
                 self._walks[-1] = (stretch, nodes.part(slice(0, place + 1)))
                 self._walks.append(begun)
+                self._switched = float(nodes.time[place])
                 return True
         return False
 
