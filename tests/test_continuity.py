@@ -16,7 +16,7 @@ from replays import replayed
 from scipy.spatial.transform import Rotation
 
 import parakin
-from parakin import Body, Frame, Joint, Mechanism, Status
+from parakin import Body, Frame, Joint, Mechanism, Status, closed_forms
 from parakin.course import Course, hermite
 from parakin.motion import constant, cosine, from_laws, polynomial345, sine, sines
 from parakin.recorded import from_arrays
@@ -233,6 +233,24 @@ def test_a_plan_that_dies_flags_nothing(loop: Path, reading: bool | None) -> Non
         np.testing.assert_allclose(off, 0.0, atol=1e-12)
 
 
+@pytest.mark.parametrize("reading", [False, None])
+def test_another_chart_takes_over_where_rows_die(
+    loop: Path, reading: bool | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rows that come to say the same at 90 degrees, as they would be chosen near home."""
+    steady = parakin.compile(loop, coordinates="all", machine_code=reading)
+    monkeypatch.setattr(closed_forms, "steady", lambda *_: True)
+    solver = parakin.compile(loop, coordinates="all", machine_code=reading)
+    assert solver.plan.blocks != steady.plan.blocks
+    motion = from_laws("round", {"j1": polynomial345(0.0, 4 * np.pi, 1.0)}, 1.0, 60.0)
+    whole = parakin.require_solved(solver.solve(motion))
+    np.testing.assert_allclose(whole.position, steady.solve(motion).position, atol=1e-11)
+    for size in (1, 7):
+        joined = xr.concat(list(solver.stream(motion, size)), "time", data_vars="minimal")
+        np.testing.assert_array_equal(joined.status, whole.status)
+        np.testing.assert_allclose(joined.position, whole.position, atol=1e-11)
+
+
 @pytest.mark.parametrize("size", [1, 7, 100])
 @pytest.mark.parametrize("case", ["six-bar-stephenson F", "delta A1,A2,A3", "bricard A"])
 def test_windows_change_nothing(case: str, size: int) -> None:
@@ -433,3 +451,5 @@ def test_forward_kinematics_passes_where_angles_lock() -> None:
     turned = Rotation.from_quat(passed.body_orientation.values[:, 0], scalar_first=True)
     off = turned.inv() * Rotation.from_euler("XYZ", pose)
     assert float(off.magnitude().max()) < 1e-9
+    joined = xr.concat(list(forward.stream(replayed(result, legs), 7)), "time", data_vars="minimal")
+    np.testing.assert_allclose(joined.position, passed.position, atol=1e-9)

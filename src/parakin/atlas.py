@@ -23,7 +23,7 @@ from parakin.assembly import (
 )
 from parakin.bodies import Figures, Points
 from parakin.errors import ParakinError
-from parakin.graph import GraphJoint
+from parakin.graph import GraphJoint, Tree
 from parakin.kernel import Outputs, has_unsigned, newton_unknowns, unknowns_of
 from parakin.machine import Kernel, make_kernel, output_count
 from parakin.motion import Samples
@@ -122,6 +122,18 @@ class Chart:
             for j, factor in entry.factors:
                 q[k] += factor * counted[plan.driven.index(j)]
         return configure(plan.graph, plan.tree, q)
+
+    def coordinates_at(self, at: Configuration) -> FloatArray:
+        """All coordinates of this chart's graph at a configuration of another's."""
+        graph = self.plan.graph
+        count = len(graph.plain.coordinates)
+        q = np.array(self.plan.home, dtype=float)
+        q[:count] = at.q[:count]
+        if not graph.twins:
+            return q
+        tree = graph.plain.posed_tree()
+        read = Tree(tree.steps, (*tree.cuts, *graph.twins.values()))
+        return configure(graph, read, q).q
 
     @cached_property
     def _firm_at_home(self) -> float:

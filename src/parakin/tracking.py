@@ -168,9 +168,8 @@ class Track:
         """The same moment on another chart, if it serves there and the pose is the same."""
         stretch = Stretch(chart, self._course, self._units)
         plan, layout = chart.plan, chart.layout
-        q = [before.q[k] if k < len(before.q) else plan.home[k] for k in newton_unknowns(plan)]
-        offsets = [plan.offset(k) for k in newton_unknowns(plan)]
-        guess = np.array(q).reshape(-1, 1) - np.array(offsets).reshape(-1, 1)
+        q = chart.coordinates_at(before)
+        guess = np.array([[q[k] - plan.offset(k)] for k in newton_unknowns(plan)]).reshape(-1, 1)
         nodes = stretch.evaluated(head.time, head.step, guess)
         if classify(nodes.out.copy(), layout)[0] != Status.CONVERGED:
             return None
