@@ -152,8 +152,8 @@ def viewed(browser: Any, mechanism: str | Path, **options: Any) -> Iterator[Page
         until(lambda: not viewer.sessions)
 
 
-def until(condition: Callable[[], Any], seconds: float = 60.0) -> None:
-    """Wait for something to come true."""
+def until(condition: Callable[[], Any], seconds: float = 600.0) -> None:
+    """Wait for something to come true; how long only keeps a run from hanging."""
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end, "did not come true in time"

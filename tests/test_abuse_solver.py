@@ -211,9 +211,9 @@ def test_legs_that_cannot_be(hexapod: parakin.Solver, value: float) -> None:
     for chosen in ([1, 4], range(6)):
         y = home.copy()
         y[list(chosen)] = value
-        begun = time.perf_counter()
+        begun = time.process_time()
         tick = hexapod.at(y)
-        assert time.perf_counter() - begun < 10.0
+        assert time.process_time() - begun < 10.0
         assert tick.status != Status.CONVERGED
         assert np.isnan(tick.position).all()
         guess = np.array([hexapod.home.get(name, 0.0) for name in hexapod.coordinates])
@@ -391,7 +391,7 @@ def test_processes_at_the_same_time_compile_and_answer_alike(tmp_path: Path) -> 
     together = [begun(), begun(OMP_NUM_THREADS="1"), begun(PYTHONHASHSEED="7")]
     for number in range(4):
         process = together[number] if number < 3 else begun(OMP_NUM_THREADS="2")
-        out, err = process.communicate(timeout=120)
+        out, err = process.communicate(timeout=600)
         assert (process.returncode, err) == (0, "")
         said.append(out)
     assert len(set(said)) == 1

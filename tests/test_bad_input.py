@@ -906,7 +906,7 @@ def run(
             stderr=subprocess.PIPE,
             text=True,
             env={k: v for k, v in os.environ.items() if k != "PYTHONUNBUFFERED"},
-            timeout=60,
+            timeout=600,
             check=False,
         )
     return done.returncode, done.stderr

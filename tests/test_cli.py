@@ -492,7 +492,7 @@ def process(*arguments: str, **environment: str) -> subprocess.CompletedProcess[
         [sys.executable, *arguments],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
         check=False,
         env=os.environ | environment,
     )
@@ -508,7 +508,9 @@ def test_the_installed_script_runs() -> None:
     script = Path(sys.executable).with_name("parakin")
     if not script.exists():
         pytest.skip("parakin is not installed with its script")
-    done = subprocess.run([script, "list"], capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(
+        [script, "list"], capture_output=True, text=True, check=False, timeout=600
+    )
     assert (done.returncode, done.stderr) == (0, "")
     assert "flight-simulator" in done.stdout
 
@@ -541,7 +543,7 @@ def test_a_reader_that_leaves_early_is_no_mistake() -> None:
         ["bash", "-c", f"set -o pipefail; {command}"],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
         check=False,
         env={k: v for k, v in os.environ.items() if k != "PYTHONUNBUFFERED"},
     )

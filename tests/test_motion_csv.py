@@ -317,6 +317,6 @@ def test_every_digit_comes_back(write: Write, values: list[float], delimiter: st
 def test_a_hundred_thousand_rows_take_a_moment(write: Write) -> None:
     t = np.arange(100_000) / 1000
     path = write(table("time,x,B1.2", t, *(law(t)[0] for law in LAWS.values())))
-    start = time.perf_counter()
+    start = time.process_time()
     assert read_motion_csv(path, DIMENSIONS).count == 100_000
-    assert time.perf_counter() - start < 5  # 0.3 s here
+    assert time.process_time() - start < 5  # of processor time; 0.3 s here
