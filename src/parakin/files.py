@@ -237,6 +237,8 @@ def parse_yaml(text: str, origin: str) -> dict[str, Any]:
         _check_nodes(node, origin)
         table = None if node is None else loader.construct_document(node)
     except yaml.MarkedYAMLError as error:
+        if "nesting" in (error.problem or ""):  # newer ones of PyYAML look at it themselves
+            raise InputError(origin, *_TOO_DEEP) from None
         mark = error.problem_mark
         line = "" if mark is None else f", line {mark.line + 1}"
         raise InputError(f"{origin}{line}", f"a syntax error: {error.problem}", "YAML") from None
