@@ -13,12 +13,12 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from oracle import gaps, ordered
 
 import parakin
 from parakin import Status
@@ -32,111 +32,16 @@ FAST = has_machine_code()
 KILLS = 3
 LEGS = tuple(f"P{i}" for i in range(1, 7))
 TOLERANCE = 1e-10  # metres, and sines of angles
-THETA = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])  # from the notation, turns z onto x
 NEVER = [math.nan, math.inf, -math.inf]
 FAR = [1e3, -1e3, 1e6, 1e12, 1e100, 1e154, 1e200, 1e300, -1e300, 1.7e308]
-
-
-# ---- joints as the documentation has them, in plain matrices
-
-
-def turned(letter: str, angle: FloatArray) -> FloatArray:
-    """Rotations about x, y or z: one matrix for each angle."""
-    a = "xyz".index(letter)
-    b, c = (a + 1) % 3, (a + 2) % 3
-    R: FloatArray = np.zeros((len(angle), 3, 3))
-    R[:, a, a] = 1.0
-    R[:, b, b] = R[:, c, c] = np.cos(angle)
-    R[:, c, b] = np.sin(angle)
-    R[:, b, c] = -np.sin(angle)
-    return R
-
-
-def matrix(rows: object) -> FloatArray:
-    return np.array(rows, dtype=np.float64)
-
-
-def along(axis: int, way: FloatArray) -> FloatArray:
-    shifts: FloatArray = np.eye(3)[axis] * way[:, None]
-    return shifts
-
-
-def moved(
-    kind: str, q: Sequence[FloatArray], angles: str, pitch: float
-) -> tuple[FloatArray, FloatArray]:
-    """A joint's rotation and shift, from its frame on the parent to that on the child."""
-    n = len(q[0]) if len(q) else 1
-    R, p = np.broadcast_to(np.eye(3), (n, 3, 3)), np.zeros((n, 3))
-    if kind == "revolute":
-        R = turned("z", q[0])
-    elif kind == "prismatic":
-        p = along(2, q[0])
-    elif kind == "cylindrical":
-        R, p = turned("z", q[0]), along(2, q[1])
-    elif kind == "helical":
-        R, p = turned("z", q[0]), along(2, pitch * q[0])
-    elif kind == "universal":
-        R = turned("z", q[0]) @ turned("x", q[1]) @ THETA
-    elif kind == "spherical":
-        R = turned("x", q[0]) @ turned("y", q[1]) @ turned("z", q[2])
-    elif kind == "planar":
-        R, p = turned("z", q[2]), along(0, q[0]) + along(1, q[1])
-    elif kind == "free":
-        p = along(0, q[0]) + along(1, q[1]) + along(2, q[2])
-        R = turned(angles[0], q[3]) @ turned(angles[1], q[4]) @ turned(angles[2], q[5])
-    else:
-        assert kind == "fixed"
-    return R, p
 
 
 def largest_gap(solver: parakin.Solver, position: FloatArray) -> float:
     """How far the joints of a solver with all coordinates are from closing [m or rad], at worst."""
     graph = solver.graph
-    platform = solver.mechanism.platform
-    angles = "".join(axis for _, axis in platform.angles) if platform else ""
-    n = position.shape[1]
-    counted = {
-        graph.coordinates[k].name: solver.plan.home[k] - solver.home[graph.coordinates[k].name]
-        for k in range(len(graph.coordinates))
-    }
-    rows = {name: row for row, name in enumerate(solver.coordinates)}
-
-    def value(k: int) -> FloatArray:
-        label = graph.coordinates[k].name
-        shifted: FloatArray = position[rows[label]] + counted[label]
-        return shifted
-
-    placed = {0: (np.broadcast_to(np.eye(3), (n, 3, 3)), np.zeros((n, 3)))}
-    waiting, worst, checked = list(graph.joints), 0.0, 0
-    while waiting:
-        joint = next(j for j in waiting if {j.parent, j.child} & set(placed))
-        waiting.remove(joint)
-        pitch = joint.pairs[0].pitch if joint.kind == "helical" else 0.0
-        R, p = moved(joint.kind, [value(k) for k in joint.coordinates], angles, pitch)
-        RF, pF = matrix(joint.F.R), matrix(joint.F.p)
-        RM, pM = matrix(joint.M.R), matrix(joint.M.p)
-        # The child's pose in the parent's frame.
-        R = RF @ R @ RM.T
-        p = pF + p @ RF.T - R @ pM
-        if joint.parent in placed:
-            near, far = joint.parent, joint.child
-        else:
-            near, far = joint.child, joint.parent
-            R = np.swapaxes(R, -1, -2)
-            p = -np.einsum("nij,nj->ni", np.broadcast_to(R, (n, 3, 3)), np.broadcast_to(p, (n, 3)))
-        Rn, pn = placed[near]
-        R, p = Rn @ R, pn + np.einsum("nij,nj->ni", Rn, np.broadcast_to(p, (n, 3)))
-        if far not in placed:
-            placed[far] = (R, p)
-            continue
-        checked += 1
-        worst = max(
-            worst,
-            float(np.abs(R - placed[far][0]).max()),
-            float(np.abs(p - placed[far][1]).max()),
-        )
-    assert checked == len(graph.joints) - len(graph.bodies) + 1  # every loop, one by one
-    return worst
+    loops = sum(closing for _, closing in ordered(solver))
+    assert loops == len(graph.joints) - len(graph.bodies) + 1  # every loop, one by one
+    return float(np.max(gaps(solver, position)))
 
 
 # ---- solvers

@@ -284,7 +284,7 @@ def test_two_pages_are_apart_and_closing_one_frees_it(browser: Any) -> None:
             gc.collect()
             return kept() is None and scene() is None
 
-        until(freed, 20)
+        until(freed)
         assert _players() == players - 1
         assert one.session.playing
         one.close()

@@ -7,7 +7,6 @@ closure row as a functional on the relative twist of the two bodies it joins.
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -106,10 +105,9 @@ def full_screws(graph: Graph, at: Configuration, held: Collection[int] = ()) -> 
     """
     screws = at.screws.copy()
     for k, joint in enumerate(graph.joints):
-        turns = [n for n in joint.coordinates if graph.coordinates[n].angle]
-        if len(turns) == 3 and not set(turns) & set(held):
+        if len(joint.turns) == 3 and not set(joint.turns) & set(held):
             centre = np.array(at.ends[k].M.p, dtype=float)
-            for number, axis in zip(turns, np.eye(3), strict=True):
+            for number, axis in zip(joint.turns, np.eye(3), strict=True):
                 screws[:, number] = np.concatenate([axis, np.cross(centre, axis)])
     return screws
 
@@ -332,19 +330,11 @@ def _shaken(
     return at, norm
 
 
-def facing(circuits: Circuits, tree: Tree) -> dict[int, Scalar]:
-    """By cut joint, the smallest cosine between axes that have to point the same way."""
-    found: dict[int, Scalar] = {}
-    for k in tree.cuts:
-        cosines = closure.cosines(circuits, k, closure.ends(circuits, k))
-        if cosines:
-            found[k] = functools.reduce(np.minimum, cosines)
-    return found
-
-
 def _opposed(tree: Tree, at: Configuration) -> list[int]:
     """Cut joints whose rows vanish although axes of them point against each other."""
-    return [k for k, cosine in facing(at.circuits, tree).items() if cosine < 0]
+    return [
+        k for k in tree.cuts if min(closure.cosines(at.circuits, k, at.ends[k]), default=1.0) < 0
+    ]
 
 
 def _starts(graph: Graph, start: FloatArray) -> list[FloatArray]:

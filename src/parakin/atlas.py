@@ -31,7 +31,7 @@ from parakin.ordering import plan_of
 from parakin.plan import Plan
 from parakin.status import FloatArray, Layout, Triple
 
-STEPS = 3  # Newton steps per run of a kernel: round-off from one or two hundredths away
+_STEPS = 3  # Newton steps per run of a kernel: round-off from one or two hundredths away
 _LOOSE = 10.0  # over this: how firmly a home is held that is as good as any
 LANES = 8  # or a divisor of it: columns that machine code works out together
 _SPREAD = 8192  # batches smaller than this are not worth a second core
@@ -53,7 +53,7 @@ class Chart:
 
     @cached_property
     def kernel(self) -> Kernel:
-        return make_kernel(self.plan, self.outputs, machine_code=self.machine_code, steps=STEPS)
+        return make_kernel(self.plan, self.outputs, machine_code=self.machine_code, steps=_STEPS)
 
     @cached_property
     def _results(self) -> int:
@@ -160,7 +160,8 @@ class Chart:
         except (ParakinError, np.linalg.LinAlgError):
             return None
         chosen = self.outputs.coordinates[: self.reported]
-        outputs = replace(self.outputs, coordinates=(*chosen, *watched(plan, chosen)))
+        watched = beside(plan, chosen, unknowns_of(plan))
+        outputs = replace(self.outputs, coordinates=(*chosen, *watched))
         return Chart(plan, outputs, self.reported, self.machine_code)
 
 
@@ -209,33 +210,29 @@ def layout_of(plan: Plan, outputs: Outputs, reported: int) -> Layout:
     )
 
 
+def _read_off(plan: Plan) -> list[GraphJoint]:
+    """Joints of three turns whose angles are read off, and so are not defined everywhere."""
+    solved = {*plan.affine, *unknowns_of(plan)}
+    joints = [joint for joint in plan.graph.plain.joints if len(joint.turns) == 3]
+    return [joint for joint in joints if not solved.issuperset(joint.turns)]
+
+
 def _triples(plan: Plan, outputs: Outputs, reported: int) -> Iterator[Triple]:
-    """Joints of three turns whose angles are read off, as far as any of them is reported."""
+    """The angles of such joints, as far as any of them is reported."""
     place = {c: row for row, c in enumerate(outputs.coordinates)}
-    solved = {*plan.affine, *unknowns_of(plan)}
-    for joint in plan.graph.plain.joints:
-        turns = turns_of(joint)
-        rows = [place[k] for k in turns if place.get(k, reported) < reported]
-        if len(turns) == 3 and rows and not solved.issuperset(turns):
-            axes = [joint.pairs[k - joint.first].axis for k in turns]
-            if turns[1] in place:
-                yield Triple(np.array(rows, dtype=np.intp), place[turns[1]], axes[0] == axes[2])
+    for joint in _read_off(plan):
+        rows = [place[k] for k in joint.turns if place.get(k, reported) < reported]
+        first, second, last = joint.turns
+        if rows and second in place:
+            same = joint.pairs[first - joint.first].axis == joint.pairs[last - joint.first].axis
+            yield Triple(np.array(rows, dtype=np.intp), place[second], same)
 
 
-def seconds(plan: Plan, chosen: Sequence[int | str]) -> list[int]:
-    """Second angles of joints of three turns that are read off, some of them being chosen."""
-    solved = {*plan.affine, *unknowns_of(plan)}
-    triples = [turns_of(joint) for joint in plan.graph.plain.joints]
-    told = [t for t in triples if len(t) == 3 and not solved.issuperset(t)]
-    return [t[1] for t in told if set(t) & set(chosen) and t[1] not in chosen]
-
-
-def turns_of(joint: GraphJoint) -> list[int]:
-    """The coordinates of a joint that are angles."""
-    return [k for k, p in zip(joint.coordinates, joint.pairs, strict=True) if not p.slides]
-
-
-def watched(plan: Plan, chosen: Sequence[int | str]) -> list[int]:
-    """Coordinates that have to be known beside those chosen to follow a motion."""
-    unknowns = [k for k in unknowns_of(plan) if k not in chosen]
-    return [*unknowns, *seconds(plan, [*chosen, *unknowns])]
+def beside(plan: Plan, chosen: Sequence[int | str], solved: Sequence[int]) -> list[int]:
+    """Coordinates that have to be known beside those chosen: what is `solved` for, and second
+    angles, which tell whether those of their joints are defined.
+    """
+    found = [k for k in solved if k not in chosen]
+    told = {*chosen, *found}
+    seconds = [joint.turns[1] for joint in _read_off(plan) if told.intersection(joint.turns)]
+    return [*found, *(k for k in seconds if k not in told)]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from parakin import closure
-from parakin.assembly import FloatArray, circuits_at, configure, facing, freedoms
+from parakin.assembly import FloatArray, circuits_at, configure, freedoms
 from parakin.graph import Graph
 from parakin.kernel import Equations, Lead, Outputs, newton_unknowns, trace
 from parakin.machine import output_count
@@ -120,8 +120,6 @@ def branches(
     real = residual <= _CLOSED * graph.length
     at_rest = np.where(real, q + offsets[:, None], plan.home[:, None])
     circuits = circuits_at(graph, plan.tree, at_rest)
-    for cosine in facing(circuits, plan.tree).values():
-        real &= cosine > 0.0
     turned = _orientation(circuits, n)
     if turned is not None:
         _tell(graph, turned, q)

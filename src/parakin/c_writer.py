@@ -212,7 +212,7 @@ def _kernel(solver: Solver, name: str, stem: str) -> str:
         f"        return {name.upper()}_OUT_OF_REACH;\n"
         for row in angles
     )
-    undefined, kept = _undefined(solver, name)
+    undefined, kept = _undefined(layout, name)
     declared = [f"double in[{3 * k + m}], out[{3 * n + CHECKS}];", "int i;"]
     if m:
         declared.insert(1, f"double step[{k + m}];")
@@ -286,10 +286,10 @@ def _angle_rows(solver: Solver) -> set[int]:
     return {row for row, c in enumerate(names) if graph.coordinates[graph.index(c, "")].angle}
 
 
-def _undefined(solver: Solver, name: str) -> tuple[str, str]:
+def _undefined(layout: Layout, name: str) -> tuple[str, str]:
     """Where three angles are not defined: how that is seen, and what is said of it."""
-    found, n = "", len(solver.coordinates)
-    for rows, second, same in _layout(solver).triples:
+    found, n = "", layout.rows
+    for rows, second, same in layout.triples:
         function = "sin" if same else "cos"
         found += (
             f"    if (fabs({function}(out[{second}])) < {LOCKED!r}) {{\n        undefined = 1;\n"

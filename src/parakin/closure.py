@@ -289,11 +289,7 @@ class Reading(NamedTuple):
 
 
 def _turning(joint: GraphJoint) -> list[tuple[int, int]]:
-    return [
-        (k, pair.axis)
-        for k, pair in zip(joint.coordinates, joint.pairs, strict=True)
-        if not pair.slides
-    ]
+    return [(k, joint.pairs[k - joint.first].axis) for k in joint.turns]
 
 
 def _parity(axes: list[tuple[int, int]]) -> float:

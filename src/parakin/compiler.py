@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from parakin.assembly import CLOSED, Configuration, assembled, close
-from parakin.atlas import seconds, watched
+from parakin.atlas import beside
 from parakin.branches import branches
 from parakin.errors import AssemblyError, DrivenError, InputError, nearest
 from parakin.expressions import Value
 from parakin.files import load
 from parakin.graph import Graph, graph_of
-from parakin.kernel import Outputs, newton_unknowns
+from parakin.kernel import Outputs, newton_unknowns, unknowns_of
 from parakin.machine import has_machine_code
 from parakin.mechanism import Mechanism
 from parakin.ordering import plan_of
@@ -82,10 +82,9 @@ def compile(
     iterated = newton_unknowns(plan)
     checks = checks or bool(iterated)
     # What is solved for is watched along a motion, whoever asks for it.
-    beside = watched(plan, chosen) if checks and derivatives > 1 else iterated
-    beside = [k for k in beside if k not in chosen]
-    beside += seconds(plan, [*chosen, *beside]) if checks else []
-    outputs = Outputs((*chosen, *dict.fromkeys(beside)), derivatives, checks)
+    solved = unknowns_of(plan) if checks and derivatives > 1 else iterated
+    hidden = beside(plan, chosen, solved) if checks else []
+    outputs = Outputs((*chosen, *hidden), derivatives, checks)
     code = has_machine_code() if machine_code is None else machine_code
     return Solver(plan, outputs, len(chosen), machine_code=code)
 

@@ -82,6 +82,11 @@ class GraphJoint:
     def coordinates(self) -> range:
         return range(self.first, self.first + len(self.pairs))
 
+    @property
+    def turns(self) -> list[int]:
+        """Those of its coordinates that are angles."""
+        return [k for k, pair in zip(self.coordinates, self.pairs, strict=True) if not pair.slides]
+
 
 class Coordinate(NamedTuple):
     """One joint coordinate; `limits` in SI, infinite where none is given."""

@@ -133,7 +133,7 @@ def unlocked(graph: Graph, at: Configuration, held: Sequence[int]) -> tuple[Grap
     """With a twin beside every joint whose three angles are nearly undefined, none of them held."""
     q = at.q
     for k, joint in enumerate(graph.joints):
-        turns = [n for n in joint.coordinates if graph.coordinates[n].angle]
+        turns = joint.turns
         if len(turns) != 3 or set(turns) & set(held):
             continue
         if abs(np.linalg.det(at.screws[:3, turns])) > _LEVEL:

@@ -516,7 +516,7 @@ def _tame(inputs: FloatArray) -> bool:
         return all(-_WILD < value < _WILD for value in inputs.tolist())
     flat = inputs.ravel()
     with np.errstate(over="ignore", invalid="ignore"):
-        return bool(np.dot(flat, flat) < _WILD)  # false of NaN
+        return bool(np.dot(flat, flat) < _WILD * _WILD)  # false of NaN
 
 
 class _Start:

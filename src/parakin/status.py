@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,7 +11,6 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 StatusArray = NDArray[np.int8]
-Run = Callable[[FloatArray], FloatArray]
 
 RESIDUAL = 1e-12  # of what is subtracted where loops close: what counts as closed
 LOCKED = 1e-8  # cosine of the second of three angles below which the first and last are not told
