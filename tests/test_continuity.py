@@ -453,3 +453,19 @@ def test_forward_kinematics_passes_where_angles_lock() -> None:
     assert float(off.magnitude().max()) < 1e-9
     joined = xr.concat(list(forward.stream(replayed(result, legs), 7)), "time", data_vars="minimal")
     np.testing.assert_allclose(joined.position, passed.position, atol=1e-9)
+
+
+def test_walks_from_home_answer_alone_as_in_a_batch() -> None:
+    """Also where the walk ends, whose verdict a closed pose must not hide."""
+    solver = parakin.compile("3-rpr", ("P1", "P2", "P3"))
+    assert solver.iterated
+    home = np.array([solver.home[name] for name in solver.driven])
+    way = np.random.default_rng(3).normal(size=(len(home), 9)) * np.geomspace(1e-3, 3.0, 9)
+    batch = solver.at(home[:, None] + way)
+    status = np.asarray(batch.status)
+    assert (status == 0).any()
+    assert (status != 0).any()
+    for i in range(9):
+        alone = solver.at(home + way[:, i])
+        assert alone.status == status[i]
+        np.testing.assert_allclose(alone.position, batch.position[:, i], rtol=0, atol=1e-13)

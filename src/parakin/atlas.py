@@ -7,7 +7,7 @@ ever: `firmness` knows, which looks at all closure rows and at no plan.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -29,7 +29,7 @@ from parakin.machine import Kernel, make_kernel, output_count
 from parakin.motion import Samples
 from parakin.ordering import plan_of
 from parakin.plan import Plan
-from parakin.status import FloatArray, Layout, Triple
+from parakin.status import FloatArray, Layout, Triple, Watched
 
 _STEPS = 3  # Newton steps per run of a kernel: round-off from one or two hundredths away
 _LOOSE = 10.0  # over this: how firmly a home is held that is as good as any
@@ -188,6 +188,7 @@ def layout_of(plan: Plan, outputs: Outputs, reported: int) -> Layout:
     place = {c: row for row, c in enumerate(outputs.coordinates)}
     iterated = newton_unknowns(plan)
     unknowns = [k for k in unknowns_of(plan) if k in place]
+    units = coordinate_scales(plan.graph)[unknowns]
     found = np.array([place[k] for k in iterated], dtype=np.intp)
     angles = [
         row
@@ -203,10 +204,28 @@ def layout_of(plan: Plan, outputs: Outputs, reported: int) -> Layout:
         n * orders,
         np.array([found + n * order for order in range(orders)]),
         np.array([place[k] for k in unknowns], dtype=np.intp),
-        coordinate_scales(plan.graph)[unknowns],
+        units,
         np.array(angles, dtype=np.intp),
         has_unsigned(plan),
         tuple(_triples(plan, outputs, reported)),
+        _watched(
+            plan, outputs, {place[k]: u for k, u in zip(unknowns, units, strict=True)}, angles
+        ),
+    )
+
+
+def _watched(
+    plan: Plan, outputs: Outputs, units: Mapping[int, float], angles: Sequence[int]
+) -> Watched:
+    """units: by row, of what is solved for."""
+    rows = sorted({*units, *angles})
+    turning = [outputs.coordinates[row] for row in angles]
+    return Watched(
+        np.array(rows, dtype=np.intp),
+        np.array([units.get(row, 1.0) for row in rows]),
+        np.array([row in units for row in rows], dtype=bool),
+        np.array([row in angles for row in rows], dtype=bool),
+        np.array([plan.home[k] - plan.offset(k) for k in turning if isinstance(k, int)]),
     )
 
 

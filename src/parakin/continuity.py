@@ -40,7 +40,7 @@ def counted_on(
     """
     with np.errstate(invalid="ignore"):
         off = after[0] - before[0] - foretold(h, before, after)
-        turns: FloatArray = np.round(off * (-0.5 / np.pi)) * turning[:, None]
+        turns: FloatArray = np.rint(off * (-0.5 / np.pi)) * turning[:, None]
     return turns
 
 

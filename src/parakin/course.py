@@ -59,7 +59,8 @@ class Course:
         """
         if self._motion.between is None:
             return self._recorded_steps(after, until, most)
-        ends = [self._motion.knots[:1]] if after < self._motion.knots[0] else []
+        ends = [np.array(self._motion.knots[:1])] if after < self._motion.knots[0] else []
+        found = len(ends)
         for begin, end, count in self._pieces:
             if end > after and (begin < until or not ends):
                 width = (end - begin) / count
@@ -68,10 +69,11 @@ class Course:
                 numbers = np.arange(first, min(max(first, last), first + most) + 1)
                 inner = begin + width * numbers
                 inner[numbers >= count] = end
-                ends.append(tuple(inner[inner <= end].tolist()))
-                if sum(map(len, ends)) > most:
+                ends.append(inner[inner <= end])
+                found += len(ends[-1])
+                if found > most:
                     break
-        return _between(np.unique(np.concatenate([np.array(e) for e in ends])), after, until)[:most]
+        return _between(np.concatenate(ends), after, until)[:most]
 
     def at(self, time: FloatArray, orders: int) -> FloatArray:
         """Driven positions and derivatives, as many orders as are wanted, (orders, k, n)."""
@@ -150,4 +152,7 @@ def _pieces(knots: Sequence[float], period: float) -> list[tuple[float, float, i
 
 def _between(ends: FloatArray, after: float, until: float) -> FloatArray:
     ends = ends[ends > after]
+    fresh = np.ones(len(ends), dtype=bool)
+    fresh[1:] = ends[1:] > ends[:-1]
+    ends = ends[fresh]
     return ends[: int(np.searchsorted(ends, until)) + 1]

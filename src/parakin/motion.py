@@ -128,9 +128,10 @@ def cosine(start: float, by: float, duration: float, begin: float = 0.0) -> Law:
     """
 
     def shape(u: FloatArray) -> tuple[FloatArray, ...]:
-        half = np.pi / 2  # sin² instead of 1 - cos, which cancels near the start
-        s, c = np.sin(np.pi * u), np.cos(np.pi * u)
-        return np.sin(half * u) ** 2, half * s, half * np.pi * c, -half * np.pi**2 * s
+        half = np.pi / 2  # sin² of half the angle instead of 1 - cos, which cancels near the start
+        s, c = np.sin(half * u), np.cos(half * u)
+        sine, cosine = 2 * s * c, (c - s) * (c + s)
+        return s * s, half * sine, half * np.pi * cosine, -half * np.pi**2 * sine
 
     return _rest_to_rest(shape, start, by, duration, begin)
 
@@ -157,7 +158,7 @@ def _rest_to_rest(shape: Law, start: float, by: float, duration: float, begin: f
     def law(t: FloatArray) -> tuple[FloatArray, ...]:
         u = (t - begin) / duration
         moving = by * (np.abs(u - 0.5) <= 0.5 + SLACK)
-        s, *rates = shape(np.clip(u, 0.0, 1.0))
+        s, *rates = shape(np.minimum(np.maximum(u, 0.0), 1.0))
         scaled = (moving / duration**order * rate for order, rate in enumerate(rates, start=1))
         return start + by * s, *scaled
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Hashable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -50,31 +51,27 @@ def dataset(
         "conditioning": ("time", out[checks + 1], {"units": "1"}),
         "home": ("coordinate", [solver.home.get(name, np.nan) for name in solver.coordinates]),
     }
-    coordinates: dict[str, Any] = {"time": ("time", time, {"units": "s"})}
+    labels = {"time": xr.Variable("time", time, {"units": "s"})}
     if figures is not None:
         last = None if before is None else before["body_orientation"].values[-1]
         variables |= _bodies(figures, len(points), len(time), last)
-        coordinates |= {
-            "body": list(points),
-            "axis": ["x", "y", "z"],
-            "quaternion": ["w", "x", "y", "z"],
-        }
+        known = {"body": list(points), "axis": list("xyz"), "quaternion": list("wxyz")}
+        labels |= {name: xr.Variable(name, values) for name, values in known.items()}
     attributes = {
         "mechanism": solver.mechanism.name,
         "motion": motion.name,
         "motion_derivatives": motion.derivatives,
         "characteristic_length": solver.graph.length,
     }
-    labels, added = solver.labels, xr.Coordinates(coordinates)
-    whole = xr.Coordinates(
-        {**labels.variables, **added.variables},
-        indexes={**labels.xindexes, **added.xindexes},
-    )
-    return xr.Dataset(variables, whole, attributes)
+    common, indexes = solver.labels
+    indexes = indexes | {n: xr.indexes.PandasIndex(v.values, n) for n, v in labels.items()}
+    return xr.Dataset(variables, xr.Coordinates(common | labels, indexes), attributes)
 
 
-def labels_of(solver: Solver) -> xr.Coordinates:
-    """What is the same in every result: names of coordinates, their units, what drives."""
+def labels_of(solver: Solver) -> tuple[dict[Hashable, xr.Variable], dict[Hashable, xr.Index]]:
+    """What is the same in every result: names of coordinates, their units, what drives; with
+    their indexes.
+    """
     import xarray as xr
 
     graph = solver.graph
@@ -86,7 +83,7 @@ def labels_of(solver: Solver) -> xr.Coordinates:
     actuated = [
         name in numbers and graph.coordinates[numbers[name]].actuated for name in solver.coordinates
     ]
-    return xr.Coordinates(
+    labels = xr.Coordinates(
         {
             "coordinate": list(solver.coordinates),
             "unit": ("coordinate", units),
@@ -94,6 +91,7 @@ def labels_of(solver: Solver) -> xr.Coordinates:
             "driven": ("coordinate", [name in solver.driven for name in solver.coordinates]),
         }
     )
+    return dict(labels.variables), dict(labels.xindexes)
 
 
 def require_solved(ds: xr.Dataset) -> xr.Dataset:
@@ -114,6 +112,7 @@ def require_solved(ds: xr.Dataset) -> xr.Dataset:
     return ds
 
 
+@functools.cache
 def _status_attributes() -> dict[str, Any]:
     return {
         "flag_values": np.array([s.value for s in Status], dtype=np.int8),

@@ -7,7 +7,7 @@ arrays; `solve` a motion, as a labelled Dataset; `stream` a motion of any length
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -156,19 +156,17 @@ class Solver:
             out, walked = self._iterate(inputs, None if start is None else start.found)
         else:
             out = self._run(inputs, parallel=parallel)
-        wild = not _tame(inputs)
-        if start is not None:
-            wild |= self._turned_to(out, start)
-        quick = out.ndim == 1 and self._outputs.checks and not self.layout.triples
-        if quick and not wild and within is None and not walked:
-            checks = self.layout.checks
-            residual, conditioning, _, size, _ = out[checks : checks + CHECKS].tolist()
-            if residual <= RESIDUAL * size and conditioning >= SINGULAR:
-                return self._tick(out, 0, residual, conditioning)
-        if not self._outputs.checks and not wild and math.isfinite(out.sum()):
+        plain = self._turned_to(out, start) if start is not None else True
+        checked = self._outputs.checks
+        plain = plain and (_tame(inputs) if checked else _tame(inputs, out[self._last_rows]))
+        if plain and not checked:
             good = 0 if out.ndim == 1 else np.zeros(out.shape[1], dtype=np.int8)
             return self._tick(out, good, np.nan, np.nan)
-        return self._judged(out, inputs, start, walked, within, wild=wild)
+        if plain and out.ndim == 1 and within is None and not walked and not self.layout.triples:
+            residual, conditioning, _, size, _ = out[self._check_rows].tolist()
+            if residual <= RESIDUAL * size and conditioning >= SINGULAR:
+                return self._tick(out, 0, residual, conditioning)
+        return self._judged(out, inputs, start, walked, within, plain=plain)
 
     def _judged(
         self,
@@ -178,14 +176,14 @@ class Solver:
         walked: StatusArray | int,
         within: float | None,
         *,
-        wild: bool,
+        plain: bool,
     ) -> Tick:
         """A status for each column, and NaN where it is one of failure."""
         checks, columns = self.layout.checks, out[:, None] if out.ndim == 1 else out
         numbers = columns[:checks]
         if self._outputs.checks:
             status = classify(columns, self.layout)
-            if np.any(walked):
+            if not isinstance(walked, int) or walked:
                 status = np.where(walked, walked, status).astype(np.int8)
         else:
             status = np.zeros(columns.shape[1], dtype=np.int8)
@@ -199,10 +197,10 @@ class Solver:
         if self._outputs.checks and self.layout.triples:
             undefined = blank_undefined(columns, self.layout)
             status[undefined & (status == Status.CONVERGED)] = Status.ANGLES_UNDEFINED
-        if wild:
+        if not plain:
             told = np.isfinite(inputs.reshape(len(inputs), -1)).all(axis=0)
             if start is not None:
-                told = told & start.sound
+                told = told & self._sound(start)
             cones = self._cone_rows
             told = told & np.isfinite(np.delete(numbers, cones, axis=0)).all(axis=0)
             status[(status == Status.CONVERGED) & ~told] = Status.OUT_OF_REACH
@@ -222,17 +220,33 @@ class Solver:
         residual: float | FloatArray,
         conditioning: float | FloatArray,
     ) -> Tick:
-        n, rows, orders = self.layout.reported, self.layout.rows, self.derivatives
+        position, velocity, acceleration, jerk = self._told_rows
         return Tick(
-            out[:n],
-            out[rows : rows + n] if orders > 0 else out[:0],
-            out[2 * rows : 2 * rows + n] if orders > 1 else out[:0],
+            out[position],
+            out[velocity],
+            out[acceleration],
             status,
             residual,
             conditioning,
-            out[3 * rows : 3 * rows + n] if orders > 2 else out[:0],
+            out[jerk],
             out[self.layout.found[0]] if self._hidden else out[:0],
         )
+
+    @cached_property
+    def _told_rows(self) -> list[slice]:
+        """Rows of positions, and of each derivative, none where it is not known."""
+        n, rows = self.layout.reported, self.layout.rows
+        known = [slice(rows * order, rows * order + n) for order in range(1 + self.derivatives)]
+        return known + [slice(0, 0)] * (4 - len(known))
+
+    @cached_property
+    def _last_rows(self) -> slice:
+        """Rows of the last derivative, which is no number where the others are none."""
+        return self._told_rows[self.derivatives]
+
+    @cached_property
+    def _check_rows(self) -> slice:
+        return slice(self.layout.checks, self.layout.checks + CHECKS)
 
     def _inputs_of(
         self,
@@ -289,26 +303,27 @@ class Solver:
         return position
 
     def _turned_to(self, out: FloatArray, start: _Start) -> bool:
-        """Turn angles to within half a turn of the guess. Returns whether some guess is no good."""
-        rows, guess = self._told_angles, start.position
-        alone = guess.ndim == 1
-        good = all(map(math.isfinite, guess.tolist())) if alone else bool(np.isfinite(guess).all())
+        """Turn angles to within half a turn of the guess. Returns whether all guesses are sound,
+        as far as can be told at a glance.
+        """
+        rows, guess, alone = self._told_angles, start.position, out.ndim == 1
+        if alone and not self._hidden and _distance(guess, out[: len(guess)]) <= 3.0:
+            return True  # which is false of NaN
         if len(rows):
-            if out.ndim == 2 and alone:
-                guess = guess[:, None]
-            drift = (guess[rows] - out[rows]) * (0.5 / np.pi)
-            most = np.abs(drift).max(initial=0.0)
-            if not most <= 0.5:  # true of NaN, in whatever column
+            near = guess[:, None] if guess.ndim < out.ndim else guess
+            drift = (near[rows] - out[rows]) * (0.5 / np.pi)
+            if not np.abs(drift).max(initial=0.0) <= 0.5:  # true of NaN, in whatever column
                 out[rows] += 2 * np.pi * np.round(drift)
-            good &= bool(most < TURNS)
-        if good and (not self._hidden or np.isfinite(start.found).all()):
-            return False
-        guess = guess if guess.ndim == 2 else guess[:, None]
-        found = start.found if start.found.ndim == 2 else start.found[:, None]
-        sound = np.isfinite(guess).all(axis=0) & np.isfinite(found).all(axis=0)
-        sound &= (np.abs(guess[rows]) < 2 * np.pi * TURNS).all(axis=0)
-        start.sound = np.broadcast_to(sound, out.shape[1:] or (1,))
-        return not start.sound.all()
+                return False
+        return _tame(guess, start.found) if self._hidden else _tame(guess)
+
+    def _sound(self, start: _Start) -> NDArray[np.bool_]:
+        """Which columns of a guess are numbers, and have not lost the digits of their turns."""
+        guess, found = (a if a.ndim == 2 else a[:, None] for a in start)
+        numbers = np.concatenate([guess, found])
+        angles = np.abs(guess[self._told_angles])
+        sound: NDArray[np.bool_] = np.isfinite(numbers).all(axis=0)
+        return sound & (angles < 2 * np.pi * TURNS).all(axis=0)
 
     @cached_property
     def _told_angles(self) -> NDArray[np.intp]:
@@ -347,7 +362,7 @@ class Solver:
         return out, 0 if walked is None else walked
 
     @cached_property
-    def labels(self) -> xr.Coordinates:
+    def labels(self) -> tuple[dict[Hashable, xr.Variable], dict[Hashable, xr.Index]]:
         """What its results have in common: names of coordinates, their units, what drives."""
         return labels_of(self)
 
@@ -503,28 +518,40 @@ class Solver:
         return figures
 
     def _limit(self, out: FloatArray, status: StatusArray) -> None:
-        for row, name in enumerate(self.coordinates):
-            low, high = self.graph.limits(name)
-            if not (np.isinf(low) and np.isinf(high)):
-                outside = (out[row] < low) | (out[row] > high)
-                status[outside & np.isin(status, SOLVED)] = Status.LIMIT_EXCEEDED
+        rows, low, high = self._limited
+        outside = ((out[rows] < low) | (out[rows] > high)).any(axis=0)
+        if outside.any():
+            status[outside & np.isin(status, SOLVED)] = Status.LIMIT_EXCEEDED
+
+    @cached_property
+    def _limited(self) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
+        """Rows of coordinates that have a limit, and the limits, a column each."""
+        limits = np.array([self.graph.limits(name) for name in self.coordinates]).reshape(-1, 2)
+        rows = np.flatnonzero(np.isfinite(limits).any(axis=1))
+        return rows, limits[rows, :1], limits[rows, 1:]
 
 
-def _tame(inputs: FloatArray) -> bool:
+def _tame(*numbers: FloatArray) -> bool:
     """Whether all are numbers, and none so large that accelerations might overflow."""
-    if inputs.ndim == 1:
-        return all(-_WILD < value < _WILD for value in inputs.tolist())
-    flat = inputs.ravel()
+    if numbers[0].ndim == 1:
+        return all(math.hypot(*some.tolist()) < _WILD for some in numbers)  # false of NaN
     with np.errstate(over="ignore", invalid="ignore"):
-        return bool(np.dot(flat, flat) < _WILD * _WILD)  # false of NaN
+        for some in numbers:
+            flat = some.ravel()
+            if not flat.dot(flat) < _WILD * _WILD:
+                return False
+    return True
 
 
-class _Start:
-    """A guess: positions as reported, iterated coordinates, and which columns are any good."""
+def _distance(one: FloatArray, other: FloatArray) -> float:
+    return math.dist(one.tolist(), other.tolist())
 
-    def __init__(self, position: FloatArray, found: FloatArray) -> None:
-        self.position, self.found = position, found
-        self.sound: NDArray[np.bool_] = np.ones(1, dtype=bool)
+
+class _Start(NamedTuple):
+    """A guess: positions as reported, and iterated coordinates."""
+
+    position: FloatArray
+    found: FloatArray
 
 
 def _numbers(values: ArrayLike, name: str) -> FloatArray:

@@ -14,6 +14,7 @@ StatusArray = NDArray[np.int8]
 
 RESIDUAL = 1e-12  # of what is subtracted where loops close: what counts as closed
 LOCKED = 1e-8  # cosine of the second of three angles below which the first and last are not told
+_UPRIGHT = 1.5  # rad: within that of zero no cosine is small
 TURNS = 1e6  # of an angle: beyond, it is known to less than 1e-9 rad
 SINGULAR = 1e-6  # conditioning below this leaves no digits to trust in accelerations
 
@@ -61,7 +62,7 @@ class Layout:
     rows of all that is solved for, and `units` of these, 1 for angles, else the characteristic
     length. `angles`: rows of angles that are found within half a turn of home. `unsigned`: whether
     some figure of conditioning is as large on either side of a singularity. `triples`: angles that
-    are not defined everywhere.
+    are not defined everywhere. `watched`: what continuity is asked of, unknowns and angles.
     """
 
     reported: int
@@ -73,6 +74,26 @@ class Layout:
     angles: NDArray[np.intp]
     unsigned: bool
     triples: tuple[Triple, ...]
+    watched: Watched
+
+
+class Watched(NamedTuple):
+    """Rows of coordinates, their units, which of them are solved for and which are angles known but
+    for full turns (the rest are read off), and home's values of these, about which they are told.
+    """
+
+    rows: NDArray[np.intp]
+    units: FloatArray
+    solved: NDArray[np.bool_]
+    turning: NDArray[np.bool_]
+    centres: FloatArray
+
+
+def converged(out: FloatArray, layout: Layout) -> NDArray[np.bool_]:
+    """Which samples are closed and well conditioned."""
+    closed = out[layout.checks] <= RESIDUAL * out[layout.checks + 3]
+    good: NDArray[np.bool_] = closed & (out[layout.checks + 1] >= SINGULAR)
+    return good
 
 
 def classify(out: FloatArray, layout: Layout) -> StatusArray:
@@ -94,6 +115,8 @@ def blank_undefined(out: FloatArray, layout: Layout) -> NDArray[np.bool_]:
     """Make angles NaN where they are not defined, with their rates. Returns which samples (n,)."""
     found = np.zeros(out.shape[1], dtype=bool)
     for rows, second, same in layout.triples:
+        if not same and np.abs(out[second]).max(initial=0.0) < _UPRIGHT:
+            continue
         with np.errstate(invalid="ignore"):
             told = np.sin(out[second]) if same else np.cos(out[second])
         undefined = np.abs(told) < LOCKED

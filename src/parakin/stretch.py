@@ -17,14 +17,13 @@ from parakin.continuity import (
     BoolArray,
     counted_on,
     follows,
-    foretold,
     moment,
     pace_of,
     stays_clear,
 )
 from parakin.course import Course, hermite
 from parakin.motion import Samples
-from parakin.status import FloatArray, Status, classify
+from parakin.status import FloatArray, Status, converged
 from parakin.walking import iterate
 
 _HALVED = 32  # steps halved at once, counted from the first that does not hold
@@ -66,16 +65,9 @@ class Stretch:
     def __init__(self, chart: Chart, course: Course, units: FloatArray) -> None:
         self.chart, self._course, self._units = chart, course, units
         self._layout = layout = chart.layout
-        self._watched = np.union1d(layout.unknowns, layout.angles)
-        order = {row: place for place, row in enumerate(layout.unknowns.tolist())}
-        self._solved = np.array([row in order for row in self._watched.tolist()], dtype=bool)
-        self._watched_units = np.array(
-            [layout.units[order[row]] if row in order else 1.0 for row in self._watched.tolist()]
-        )
-        self._turning = np.isin(self._watched, layout.angles)
-        plan = chart.plan
-        numbers = [chart.outputs.coordinates[row] for row in layout.angles]
-        self._centres = np.array([plan.home[k] - plan.offset(k) for k in numbers], dtype=float)
+        self._watched = watched = layout.watched
+        self._rows = (watched.rows + layout.rows * np.arange(3)[:, None]).ravel()
+        self._turns = bool(watched.turning.any())
 
     def evaluated(self, time: FloatArray, step: FloatArray, guess: FloatArray) -> Nodes:
         driven = self._course.at(time, len(self._layout.found))
@@ -141,7 +133,7 @@ class Stretch:
         while True:
             nodes = self._unwrapped(nodes)
             smooth, read = self._judged(nodes)
-            h = np.diff(nodes.time)
+            h = nodes.time[1:] - nodes.time[:-1]
             open_ = ~(smooth & (read | (h <= _READ * nodes.step[1:])))
             if not open_.any():
                 return nodes, None
@@ -170,37 +162,34 @@ class Stretch:
 
     def _orders_of(self, out: FloatArray) -> FloatArray:
         """Position, velocity and acceleration of what is watched, (3, m, n)."""
-        rows = self._watched + self._layout.rows * np.arange(3)[:, None]
-        orders: FloatArray = out[rows.ravel()].reshape(3, len(self._watched), out.shape[1])
+        orders: FloatArray = out[self._rows].reshape(3, -1, out.shape[1])
         return orders
 
     def _unwrapped(self, nodes: Nodes) -> Nodes:
         """Let angles run on past half a turn from home, from moment to moment."""
-        rows = self._layout.angles
-        if not len(rows) or len(nodes.time) < 2:
+        if not self._turns or len(nodes.time) < 2:
             return nodes
-        orders = self._orders_of(nodes.out)[:, self._turning]
-        ahead = foretold(np.diff(nodes.time), orders[:, :, :-1], orders[:, :, 1:])
-        with np.errstate(invalid="ignore"):
-            turns = np.round((np.diff(orders[0]) - ahead) / (2 * np.pi))
-        if not np.any(turns[np.isfinite(turns)]):
+        h, orders = nodes.time[1:] - nodes.time[:-1], self._orders_of(nodes.out)
+        turns = counted_on(h, orders[:, :, :-1], orders[:, :, 1:], self._watched.turning)
+        if not turns.any():
             return nodes
+        turns[~np.isfinite(turns)] = 0.0
         out = nodes.out.copy()
-        out[self._watched[self._turning], 1:] -= 2 * np.pi * np.cumsum(np.nan_to_num(turns), axis=1)
+        out[self._watched.rows, 1:] += 2 * np.pi * np.cumsum(turns, axis=1)
         return nodes._replace(out=out)
 
     def _judged(self, nodes: Nodes) -> tuple[BoolArray, BoolArray]:
         """Of each interval, whether what is solved follows smoothly, and what is read off too."""
-        h = np.diff(nodes.time)
-        orders = self._orders_of(nodes.out)
+        h = nodes.time[1:] - nodes.time[:-1]
+        orders, watched = self._orders_of(nodes.out), self._watched
         before, after = orders[:, :, :-1], orders[:, :, 1:]
         pace, digits = self._pace(nodes), self._digits(nodes.out)[1:]
         driven = nodes.driven[:3, :, :-1], nodes.driven[:3, :, 1:]
         with np.errstate(all="ignore"):
-            good = classify(nodes.out.copy(), self._layout) == Status.CONVERGED
-            smooth = follows(h, before, after, pace, self._watched_units, digits)
+            good = converged(nodes.out, self._layout)
+            smooth = follows(h, before, after, pace, watched.units, digits)
             smooth_driven = follows(h, *driven, pace, self._units, np.ones(1)).all(axis=0)
-        solved = np.logical_and.reduce(smooth[self._solved])
+        solved = np.logical_and.reduce(smooth[watched.solved])
         solved &= smooth_driven & good[1:] & good[:-1]
         return self._clear(nodes, solved), np.logical_and.reduce(smooth)
 
@@ -211,19 +200,19 @@ class Stretch:
             return smooth
         row = self._layout.checks + 4
         figure = nodes.out[row]
-        h = np.diff(nodes.time)[near]
-        sides = nodes.part(np.concatenate([near, near + 1]))
+        h = (nodes.time[1:] - nodes.time[:-1])[near]
+        sides = np.concatenate([near, near + 1])
         aside = ASIDE * np.concatenate([h, -h])
-        driven = sides.driven.copy()
-        for order in range(len(driven) - 1):
+        driven = nodes.driven.take(sides, axis=2)
+        driven[0] += aside * (driven[1] + 0.5 * aside * driven[2])
+        for order in range(1, len(driven) - 1):
             driven[order] += aside * driven[order + 1]
-        driven[0] += 0.5 * aside**2 * sides.driven[2]
         guess = np.empty((0, len(aside)))
         if len(self._layout.found[0]):
-            x, v, a = sides.out[self._layout.found[:3]]
+            x, v, a = nodes.out[self._layout.found[:3]][:, :, sides]
             guess = x + aside * (v + 0.5 * aside * a)
-        out = self._solved_at(driven, guess)
-        ahead, behind = np.split(out[row], 2)
+        aside_figure = self._solved_at(driven, guess)[row]
+        ahead, behind = aside_figure[: len(near)], aside_figure[len(near) :]
         with np.errstate(all="ignore"):
             clear = stays_clear(h, figure[near], figure[near + 1], ahead, behind)
         kept = smooth.copy()
@@ -252,7 +241,8 @@ class Stretch:
         if np.isnan(pair.out[self._layout.checks, 1]):
             return Ending(time, Status.OUT_OF_REACH)
         earlier = int(np.searchsorted(walked.time, time - 100 * moment(time), side="right")) - 1
-        velocity = np.abs(self._orders_of(walked.out)[1, self._solved]).max(axis=0, initial=0.0)
+        rates = self._orders_of(walked.out)[1, self._watched.solved]
+        velocity = np.abs(rates).max(axis=0, initial=0.0)
         blown = velocity[-1] > _BLOWN * velocity[max(earlier, 0)]
         return Ending(time, Status.OUT_OF_REACH if blown else Status.BRANCH_CHANGE)
 
@@ -271,9 +261,9 @@ class Stretch:
                 else known[0].repeat(len(time), axis=1)
             )
         out = self._solved_at(driven, guess, parallel=parallel)
-        good = classify(out, self._layout) == Status.CONVERGED
+        good = converged(out, self._layout)
         left = np.searchsorted(nodes.time, time, side="right") - 1
-        doubtful = np.flatnonzero(~(good & self._plain(nodes, out, left)))
+        doubtful = np.flatnonzero(~(good & self._plain(nodes, time, out, left)))
         if not len(doubtful):
             return out, None
         orders, pace = self._orders_of(nodes.out), np.append(self._pace(nodes), 0.0)
@@ -286,7 +276,9 @@ class Stretch:
                 return out, float(time[chosen[int(np.argmin(fits))]])
         return out, None
 
-    def _plain(self, nodes: Nodes, out: FloatArray, left: NDArray[np.intp]) -> BoolArray:
+    def _plain(
+        self, nodes: Nodes, time: FloatArray, out: FloatArray, left: NDArray[np.intp]
+    ) -> BoolArray:
         """Samples that can be nowhere else: a closed form keeps to its root between moments where
         it does, unless its figure has been near zero, and no angle comes to where it wraps.
         """
@@ -295,12 +287,14 @@ class Stretch:
         figure = nodes.out[self._layout.checks + 1]
         least = 0.5 * np.minimum(figure[:-1], figure[1:])
         rows = self._layout.angles
-        away = np.abs(nodes.out[rows] - self._centres[:, None])
-        swing = np.abs(nodes.out[rows + self._layout.rows]) * _SWING
-        h = np.diff(nodes.time)
-        wrapping = np.maximum((away + swing * np.append(h, h[-1]))[:, :-1], away[:, 1:])
+        away = np.abs(nodes.out[rows] - self._watched.centres[:, None])
+        swing = np.abs(nodes.out[rows + self._layout.rows, :-1]) * _SWING
+        h = nodes.time[1:] - nodes.time[:-1]
+        wrapping = np.maximum(away[:, :-1] + swing * h, away[:, 1:])
         least[~(wrapping.max(axis=0, initial=0.0) < np.pi - _MARGIN)] = np.inf
-        plain: BoolArray = out[self._layout.checks + 1] > np.append(least, np.inf)[left]
+        covered = nodes.time[0] <= time[0] and time[-1] <= nodes.time[-1]
+        least = np.append(least, least[-1] if covered else np.inf)  # the last may be at the end
+        plain: BoolArray = out[self._layout.checks + 1] > least[left]
         return plain
 
     def _fits(
@@ -314,13 +308,14 @@ class Stretch:
         """Which of these samples follow from the moment before them; their angles count on."""
         found = out[:, chosen]
         after = self._orders_of(found)
-        turns = counted_on(h, before, after, self._turning)
+        watched = self._watched
+        turns = counted_on(h, before, after, watched.turning)
         if np.any(turns):
             after[0] += 2 * np.pi * np.nan_to_num(turns)
-            out[np.ix_(self._watched, chosen)] = after[0]
+            out[np.ix_(watched.rows, chosen)] = after[0]
         with np.errstate(invalid="ignore"):
-            smooth = follows(h, before, after, pace, self._watched_units, self._digits(found))
-        fits: BoolArray = np.logical_and.reduce(smooth[self._solved])
+            smooth = follows(h, before, after, pace, watched.units, self._digits(found))
+        fits: BoolArray = np.logical_and.reduce(smooth[watched.solved])
         return fits
 
 

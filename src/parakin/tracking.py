@@ -130,7 +130,9 @@ class Track:
             driven = self._course.at(ends, len(layout.found))
             out, walked = walk(chart.walker, self._home, driven[0], self._units)
             guess, status = out[chart.walker.layout.found[0]], Status(int(walked[0]))
-        nodes = stretch.evaluated(ends, np.diff(ends, prepend=ends[0]), guess)
+        steps = np.zeros(len(ends))
+        steps[1:] = ends[1:] - ends[:-1]
+        nodes = stretch.evaluated(ends, steps, guess)
         status = status or Status(int(classify(nodes.out[:, :1].copy(), layout)[0]))
         if status == Status.CONVERGED:
             nodes, ending = stretch.certified(nodes)

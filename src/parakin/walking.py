@@ -84,55 +84,90 @@ def _walked(
 ) -> tuple[FloatArray, StatusArray]:
     n, k = goal.shape[1], len(goal)
     layout = chart.layout
+    orders, figure = slice(0, 3 * layout.rows), layout.checks + 4
     start = begin.driven[0][:, None]
+    way = goal - start
+    pace = np.abs(way / units[:, None]).max(axis=0, initial=_SHORT)
+    everywhere = np.arange(n)
     driven = np.zeros((len(layout.found), k, n))
-    driven[1] = goal - start
-    pace = np.abs(driven[1] / units[:, None]).max(axis=0, initial=_SHORT)
+    driven[1] = way
 
     def at(part: FloatArray, guess: FloatArray, chosen: NDArray[np.intp]) -> FloatArray:
-        columns = driven[:, :, chosen]
-        columns[0] = start + part * columns[1]
-        return iterate(chart, columns.reshape(-1, len(chosen)), guess)
+        columns = driven if chosen is everywhere else driven[:, :, chosen]
+        np.multiply(columns[1], part, out=columns[0])
+        columns[0] += start
+        return iterate(chart, columns.reshape(len(layout.found) * k, -1), guess)
 
-    here = np.repeat(begin.found[0][:, None], n, axis=1)
-    part, size = np.zeros(n), np.ones(n)
-    out = at(part, here, np.arange(n))
-    status = classify(out, layout)
-    now = out.copy()
-    solved = layout.unknowns + layout.rows * np.arange(3)[:, None]
-    going = np.flatnonzero(status == Status.CONVERGED)
+    home, begun = _set_off(chart, begin, way)
+    out, verdicts = home.repeat(n, axis=1), classify(home, layout).repeat(n)
+    part, size, going, clear = np.zeros(n), np.ones(n), everywhere, out[figure]
+    if verdicts.any():
+        return out, verdicts
     for _ in range(_ATTEMPTS):
         if not len(going):
-            return out, status
+            return out, verdicts
         target = np.minimum(part[going] + size[going], 1.0)
         h = target - part[going]
-        before = now if len(going) == n else now[:, going]
-        x, v, a = before[layout.found[:3]]
-        guess = x + h * (v + 0.5 * h * a)
-        found = at(target, guess, going)
+        x, v, a = begun
+        found = at(target, x + h * (v + 0.5 * h * a), going)
         verdict = classify(found, layout)
-        figures = chart.grip * found[layout.checks + 1]
-        ends = before[solved], found[solved]
-        smooth = follows(h, *ends, pace[going], layout.units, figures).all(axis=0)
+        digits = chart.grip * found[layout.checks + 1]
+        ended = found[orders].reshape(begun.shape)
+        smooth = follows(h, begun, ended, pace[going], layout.units, digits).all(axis=0)
         if layout.unsigned:
             aside = ASIDE * h
-            figure, row = [], layout.checks + 4
-            for place, end, way in ((part[going], before, aside), (target, found, -aside)):
-                x, v, _ = end[layout.found[:3]]
-                figure.append(at(place + way, x + way * v, going)[row])
-            smooth &= stays_clear(h, before[row], found[row], *figure)
+            sides = ((part[going], begun, aside), (target, ended, -aside))
+            near = [at(place + on, x + on * v, going)[figure] for place, (x, v, _), on in sides]
+            smooth &= stays_clear(h, clear, found[figure], *near)
         verdict[(verdict == Status.CONVERGED) & ~smooth] = Status.BRANCH_CHANGE
         good = verdict == Status.CONVERGED
         there = good & (target == 1.0)
-        if there.all() and len(going) == n:
+        if there.all() and going is everywhere:
             return found, verdict
         size[going] *= np.where(good, 2.0, 0.5)
         stuck = ~good & (size[going] < 0.5**_HALVINGS)
-        given_up = stuck & np.isin(verdict, (Status.ITERATION_LIMIT, Status.BRANCH_CHANGE))
-        verdict[given_up] = Status.NOT_REACHED
-        leaving, on = there | stuck, good & ~there
-        out[:, going[leaving]], status[going[leaving]] = found[:, leaving], verdict[leaving]
-        now[:, going[on]], part[going[on]] = found[:, on], target[on]
-        going = going[~leaving]
-    status[going] = Status.NOT_REACHED
-    return out, status
+        if stuck.any():
+            unclear = (verdict == Status.ITERATION_LIMIT) | (verdict == Status.BRANCH_CHANGE)
+            verdict[stuck & unclear] = Status.NOT_REACHED
+        part[going] = np.where(good, target, part[going])
+        again = np.flatnonzero(~(good | stuck))
+        ended[:, :, again], found[figure, again] = begun[:, :, again], clear[again]
+        if going is everywhere:
+            out, verdicts = found, verdict
+        else:
+            out[:, going], verdicts[going] = found, verdict
+        on = np.flatnonzero(~(there | stuck))
+        going, begun, clear = going[on], ended[:, :, on], found[figure, on]
+    verdicts[going] = Status.NOT_REACHED
+    return out, verdicts
+
+
+def _set_off(chart: Chart, begin: State, way: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Outputs (rows, 1) where many ways (k, n) begin, and how what is found there sets off on each,
+    covering it in one second: position, velocity and acceleration (3, m, n).
+
+    Velocities are linear in those driven and accelerations quadratic. (Summed one by one, so that
+    each pose comes out the same in whatever batch.)
+    """
+    layout, k = chart.layout, len(way)
+    pairs = [(i, j) for i in range(k) for j in range(i, k)]
+    driven = np.zeros((len(layout.found), k, 1 + len(pairs)))
+    driven[0] = begin.driven[0][:, None]
+    for column, (i, j) in enumerate(pairs, 1):
+        driven[1, i, column] = driven[1, j, column] = 1.0
+    guess = begin.found[0][:, None].repeat(1 + len(pairs), axis=1)
+    home = iterate(chart, driven.reshape(len(layout.found) * k, -1), guess)
+    x, velocity, acceleration = home[: 3 * layout.rows].reshape(3, layout.rows, -1)[:, :, 1:]
+    alone = {i: acceleration[:, column] for column, (i, j) in enumerate(pairs) if i == j}
+    begun = np.zeros((3, layout.rows, way.shape[1]))
+    begun[0] = x[:, :1]
+    term, product = np.empty_like(begun[0]), np.empty_like(way[0])
+    for column, (i, j) in enumerate(pairs):
+        if i == j:
+            second = alone[i]
+            begun[1] += np.multiply(velocity[:, column, None], way[i], out=term)
+        else:
+            second = acceleration[:, column] - alone[i] - alone[j]
+        np.multiply(way[i], way[j], out=product)
+        begun[2] += np.multiply(second[:, None], product, out=term)
+    return home[:, :1], begun
