@@ -241,10 +241,9 @@ def _triples(plan: Plan, outputs: Outputs, reported: int) -> Iterator[Triple]:
     place = {c: row for row, c in enumerate(outputs.coordinates)}
     for joint in _read_off(plan):
         rows = [place[k] for k in joint.turns if place.get(k, reported) < reported]
-        first, second, last = joint.turns
+        second = joint.turns[1]
         if rows and second in place:
-            same = joint.pairs[first - joint.first].axis == joint.pairs[last - joint.first].axis
-            yield Triple(np.array(rows, dtype=np.intp), place[second], same)
+            yield Triple(np.array(rows, dtype=np.intp), place[second], joint.proper)
 
 
 def beside(plan: Plan, chosen: Sequence[int | str], solved: Sequence[int]) -> list[int]:

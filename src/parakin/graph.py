@@ -83,6 +83,12 @@ class GraphJoint:
         return range(self.first, self.first + len(self.pairs))
 
     @property
+    def proper(self) -> bool:
+        """Whether the first and last of three turns are about the same axis (Euler's own)."""
+        axes = [pair.axis for pair in self.pairs if not pair.slides]
+        return len(axes) == 3 and axes[0] == axes[-1]
+
+    @property
     def turns(self) -> list[int]:
         """Those of its coordinates that are angles."""
         return [k for k, pair in zip(self.coordinates, self.pairs, strict=True) if not pair.slides]

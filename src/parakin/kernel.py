@@ -93,7 +93,8 @@ def trace(
             last, figure = _newton(circuits, block, angles, guesses, steps, lead)
             moves += last
             if outputs.derivatives == 0:
-                quality.of(block).append(signed_square(figure, functions))
+                side = _side(plan, block, circuits, functions)
+                quality.of(block).append(mul(side, signed_square(figure, functions)))
         else:
             _closed_form(circuits, block, angles, quality)
     rising = circuits
@@ -105,7 +106,7 @@ def trace(
         rates, figures = substituted(plan, systems, drifts, functions)
         circuits.quicken(rates=rates)
         for block, figure in figures:
-            quality.of(block).append(figure)
+            quality.of(block).append(mul(_side(plan, block, circuits, functions), figure))
         if outputs.derivatives > 1:
             circuits.second |= {k: _mix(plan, k, orders[2]) for k in plan.affine}
             circuits.second |= dict.fromkeys(unknowns_of(plan), 0.0)
@@ -340,6 +341,21 @@ def _newton(
     for k, value in zip(block.unknowns, values, strict=True):
         angles.give(circuits, k, value)
     return moves, figure
+
+
+def _side(plan: Plan, block: Block, circuits: Circuits, functions: Functions) -> Scalar:
+    """1, or -1 where the block's determinant has changed its sign only because three of its angles
+    are beyond where they lock: it has the volume that their axes span as a factor.
+    """
+    side: Scalar = 1.0
+    for joint in plan.graph.joints:
+        if len(joint.turns) == 3 and set(block.unknowns).issuperset(joint.turns):
+            k = joint.turns[1]
+            now, home = circuits.turns[k], turn(float(plan.home[k]), FLOATS)
+            proper = joint.proper
+            volume = mul(home.sine, now.sine) if proper else mul(home.cosine, now.cosine)
+            side = mul(side, functions.copysign(1.0, volume))
+    return side
 
 
 def _output(

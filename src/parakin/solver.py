@@ -44,11 +44,12 @@ from parakin.status import (
     classify,
 )
 from parakin.tracking import Piece, Track
-from parakin.walking import CLOSED, State, iterate, walk
+from parakin.walking import CLOSED, FIRM, State, iterate, taken_over, walk
 
 if TYPE_CHECKING:
     import xarray as xr
 
+_BESIDE = 1e-3  # rad: how near to where angles lock no iteration begins
 _WILD = 1e100  # numbers beyond this may overflow on the way to accelerations
 
 
@@ -56,7 +57,8 @@ class Tick(NamedTuple):
     """One pose, or a batch: rows are `solver.coordinates`, SI; `status` is a `Status` (array).
 
     Derivatives that the solver was not compiled for are arrays of no rows. `found` is what a next
-    call needs beside `position` to start from here: iterated coordinates that are not reported.
+    call needs beside `position` to start from here: iterated coordinates, where `position` does not
+    tell them.
 
     Not a Dataset because a control loop cannot wait for one.
     """
@@ -181,18 +183,23 @@ class Solver:
         """A status for each column, and NaN where it is one of failure."""
         checks, columns = self.layout.checks, out[:, None] if out.ndim == 1 else out
         numbers = columns[:checks]
+        found = None
         if self._outputs.checks:
             status = classify(columns, self.layout)
+            singular = bool(status.any()) and bool((status == Status.SINGULAR).any())
+            if self._iterated and (singular or self.layout.triples):
+                found = columns[self.layout.found[0]]  # before angles that lock become NaN
             if not isinstance(walked, int) or walked:
                 status = np.where(walked, walked, status).astype(np.int8)
+            if singular:
+                self._exchanged(columns, inputs, status)
         else:
             status = np.zeros(columns.shape[1], dtype=np.int8)
             if np.isnan(numbers.sum()):
                 status[np.isnan(numbers).any(axis=0)] = Status.OUT_OF_REACH
         if within is not None and start is not None and self._iterated:
-            found, begun = columns[self.layout.found[0]], start.found
-            begun = begun if begun.ndim == 2 else begun[:, None]
-            near = np.abs(found - begun).max(axis=0) <= within
+            begun = start.found if start.found.ndim == 2 else start.found[:, None]
+            near = np.abs(columns[self.layout.found[0]] - begun).max(axis=0) <= within
             status[(status == Status.CONVERGED) & ~near] = Status.BRANCH_CHANGE
         if self._outputs.checks and self.layout.triples:
             undefined = blank_undefined(columns, self.layout)
@@ -207,11 +214,49 @@ class Solver:
         if status.any():
             numbers[:, ~np.isin(status, SOLVED)] = np.nan
         verdict: int | StatusArray = int(status[0]) if out.ndim == 1 else status
-        if not self._outputs.checks:
-            return self._tick(out, verdict, np.nan, np.nan)
-        if out.ndim == 1:
-            return self._tick(out, verdict, float(out[checks]), float(out[checks + 1]))
-        return self._tick(out, verdict, out[checks], out[checks + 1])
+        tick = self._tick(out, verdict, np.nan, np.nan)
+        if self._outputs.checks:
+            residual, conditioning = out[checks], out[checks + 1]
+            if out.ndim == 1:
+                residual, conditioning = float(residual), float(conditioning)
+            tick = tick._replace(residual=residual, conditioning=conditioning)
+        if found is not None and (status == Status.ANGLES_UNDEFINED).any():
+            found[:, ~np.isin(status, SOLVED)] = np.nan
+            tick = tick._replace(found=found[:, 0] if out.ndim == 1 else found)
+        return tick
+
+    def _exchanged(self, out: FloatArray, inputs: FloatArray, status: StatusArray) -> None:
+        """Other charts for closed poses (columns) where a plan is singular and no mechanism."""
+        chart, orders = self._chart, 1 + self.derivatives
+        driven = inputs.reshape(orders, len(self.driven), -1)
+        for column in np.flatnonzero(status == Status.SINGULAR).tolist():
+            here = driven[:, :, [column]]
+            at = chart.configuration(here[0, :, 0], out[:, column])
+            if not (np.isfinite(at.q).all() and chart.firm(at) > FIRM):
+                continue
+            for other in self._others(chart, at):
+                found = taken_over(other, here, at)
+                if found is not None:
+                    status[column] = self._transferred(out, column, other, found)
+                    break
+
+    def _transferred(self, out: FloatArray, column: int, chart: Chart, found: FloatArray) -> Status:
+        """Write what another chart found, angles by full turns nearest to what stands there."""
+        undefined = bool(blank_undefined(found, chart.layout)[0])
+        told, n, rows = self._told([Piece(0, 1, chart, found)], 1)[:, 0], self.layout.reported, 0
+        before = out[self._reported_angles, column]
+        for place in self._told_rows[: 1 + self.derivatives]:
+            out[place, column] = told[rows : rows + n]
+            rows += n
+        out[self._check_rows, column] = told[rows:]
+        turns = np.round((before - out[self._reported_angles, column]) / (2 * np.pi))
+        out[self._reported_angles, column] += 2 * np.pi * turns
+        return Status.ANGLES_UNDEFINED if undefined else Status.CONVERGED
+
+    @cached_property
+    def _reported_angles(self) -> list[int]:
+        angles = {c.name for c in self.graph.coordinates if c.angle}
+        return [row for row, name in enumerate(self.coordinates) if name in angles]
 
     def _tick(
         self,
@@ -279,28 +324,24 @@ class Solver:
             each = f" or ({n}, {shape[0]})" if shape else ""
             expected = f"({n},){each}: one row per coordinate"
             raise InputError("guess", f"shape {position.shape}", expected)
-        if self._hidden:
-            if tick is None:
-                names = ", ".join(self._hidden)
-                expected = f"a Tick, since {names} are iterated and not among the coordinates"
-                raise InputError("guess", "positions alone", expected)
-            found = tick.found
-            if found.shape != (len(self._iterated), *position.shape[1:]):
-                raise InputError("guess", "a Tick of another solver", "one of this solver's own")
-        else:
-            found = position[self.layout.found[0]]
-        return _Start(position, found)
+        if self._hidden and tick is None:
+            names = ", ".join(self._hidden)
+            expected = f"a Tick, since {names} are iterated and not among the coordinates"
+            raise InputError("guess", "positions alone", expected)
+        if tick is None or not (self._hidden or len(tick.found)):
+            return _Start(position, position[self.layout.found[0]])
+        if tick.found.shape != (len(self._iterated), *position.shape[1:]):
+            raise InputError("guess", "a Tick of another solver", "one of this solver's own")
+        return _Start(position, tick.found)
 
     def _defined(self, tick: Tick) -> FloatArray:
         """Positions of a tick, those angles at home that are not defined there."""
         undefined = np.asarray(tick.status) == Status.ANGLES_UNDEFINED
         if not undefined.any():
             return tick.position
-        position = tick.position.copy()
-        for triple in self.layout.triples:
-            for row in triple.rows:
-                position[row] = np.where(undefined, self.home[self.coordinates[row]], position[row])
-        return position
+        home = np.array([self.home[name] for name in self.coordinates])
+        home = home if tick.position.ndim == 1 else home[:, None]
+        return np.where(undefined & np.isnan(tick.position), home, tick.position)
 
     def _turned_to(self, out: FloatArray, start: _Start) -> bool:
         """Turn angles to within half a turn of the guess. Returns whether all guesses are sound,
@@ -341,6 +382,7 @@ class Solver:
         self, inputs: FloatArray, guess: FloatArray | None
     ) -> tuple[FloatArray, StatusArray | int]:
         """Outputs, and where there is no guess what became of the walk from home."""
+        guess = None if guess is None else self._off_the_lock(guess)
         if inputs.ndim == 1 and guess is not None:
             alone = self._chart.alone(inputs, guess)
             if alone[self.layout.checks] <= CLOSED * alone[self.layout.checks + 3]:
@@ -360,6 +402,35 @@ class Solver:
         if inputs.ndim == 1:
             return out[:, 0], 0 if walked is None else int(walked[0])
         return out, 0 if walked is None else walked
+
+    def _off_the_lock(self, found: FloatArray) -> FloatArray:
+        """Iterated coordinates (m,) or (m, n), a little to the side of where three angles lock:
+        Newton's steps find back from there, and lead nowhere from the lock itself.
+        """
+        for row, lock in self._locks:
+            angle = found[row]
+            most = abs(float(angle)) if angle.ndim == 0 else np.abs(angle).max(initial=0.0)
+            if most < lock - 0.1:
+                continue  # all well clear, as nearly always
+            with np.errstate(invalid="ignore"):
+                off = np.remainder(angle - lock + 0.5 * np.pi, np.pi) - 0.5 * np.pi
+            near = np.abs(off) < _BESIDE
+            if near.any():
+                found = found.copy()
+                found[row] += np.where(near, np.copysign(_BESIDE, off), 0.0)
+        return found
+
+    @cached_property
+    def _locks(self) -> list[tuple[int, float]]:
+        """Of joints whose three angles are iterated, where the second is found and where it locks,
+        but for half turns.
+        """
+        joints = [joint for joint in self.plan.graph.joints if len(joint.turns) == 3]
+        return [
+            (self._iterated.index(joint.turns[1]), 0.0 if joint.proper else 0.5 * np.pi)
+            for joint in joints
+            if set(joint.turns) <= set(self._iterated)
+        ]
 
     @cached_property
     def labels(self) -> tuple[dict[Hashable, xr.Variable], dict[Hashable, xr.Index]]:
@@ -381,7 +452,8 @@ class Solver:
         place = np.asarray(y, dtype=float)[:, None]
         points = points_of(self.graph, True)
         samples = Samples(np.zeros(1), place, zero, zero)
-        found = (tick.found if self._hidden else tick.position[self.layout.found[0]])[:, None]
+        known = tick.found if len(tick.found) else tick.position[self.layout.found[0]]
+        found = self._off_the_lock(known)[:, None]
         blocks = self._chart.figures(points, samples, found, False).reshape(len(points), 24, 1)
         return blocks[:, :3, 0], quaternions(blocks[:, 3:12], None)[0]
 

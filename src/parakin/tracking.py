@@ -16,18 +16,14 @@ import numpy as np
 from parakin.assembly import Configuration
 from parakin.atlas import Chart
 from parakin.course import Course
-from parakin.kernel import newton_unknowns
 from parakin.motion import Samples
 from parakin.status import FloatArray, Status, StatusArray, classify
 from parakin.stretch import Ending, Nodes, Stretch, joined
-from parakin.walking import State, walk
+from parakin.walking import FIRM, State, taken_over, walk
 
 _AT_ONCE = 512  # steps of the motion's own that are looked at together
-_FIRM = 1e-3  # of what it is at home: how firmly loops hold a pose that is not singular
 _POORER = 30.0  # times: where a plan's figure has fallen by more than that, it is the plan's fault
 _GOOD = 0.05  # figure of a plan where another takes over
-_SERVES = 0.3  # and figure that this other must have there
-_SAME = 1e-9  # radians and characteristic lengths between a pose on one chart and on the next
 
 Charts = Callable[[Chart, Configuration], Iterable[Chart]]
 
@@ -153,7 +149,7 @@ class Track:
         place = int(good[-1]) if len(good) else int(np.argmax(figure))
         at, end = (chart.configuration(nodes.driven[0, :, k], nodes.out[:, k]) for k in (place, -1))
         firm, fallen = chart.firm(at), float(figure[-1] / figure[place])
-        if not chart.firm(end) > max(_FIRM, _POORER * fallen * firm):
+        if not chart.firm(end) > max(FIRM, _POORER * fallen * firm):
             return False
         for other in self._charts(chart, at):
             begun = self._begun(other, nodes.part(slice(place, place + 1)), at)
@@ -168,24 +164,7 @@ class Track:
         self, chart: Chart, head: Nodes, before: Configuration
     ) -> tuple[Stretch, Nodes] | None:
         """The same moment on another chart, if it serves there and the pose is the same."""
-        stretch = Stretch(chart, self._course, self._units)
-        plan, layout = chart.plan, chart.layout
-        q = chart.coordinates_at(before)
-        guess = np.array([[q[k] - plan.offset(k)] for k in newton_unknowns(plan)]).reshape(-1, 1)
-        nodes = stretch.evaluated(head.time, head.step, guess)
-        if classify(nodes.out.copy(), layout)[0] != Status.CONVERGED:
+        out = taken_over(chart, head.driven, before)
+        if out is None:
             return None
-        if not nodes.out[layout.checks + 1, 0] > _SERVES:
-            return None
-        there = chart.configuration(nodes.driven[0, :, 0], nodes.out[:, 0])
-        return (stretch, nodes) if _apart(before, there) < _SAME else None
-
-
-def _apart(one: Configuration, other: Configuration) -> float:
-    """How far the bodies of a mechanism are from where they are in another configuration."""
-    length, worst = one.circuits.graph.length, 0.0
-    for body in range(len(one.circuits.graph.plain.bodies)):
-        here, there = one.circuits.pose(body), other.circuits.pose(body)
-        places, turns = np.subtract(here.p, there.p), np.subtract(here.R, there.R)
-        worst = max(worst, float(np.abs(places).max()) / length, float(np.abs(turns).max()))
-    return worst
+        return Stretch(chart, self._course, self._units), head._replace(out=out)

@@ -7,14 +7,27 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from parakin.assembly import Configuration
 from parakin.atlas import Chart
 from parakin.continuity import ASIDE, follows, stays_clear
-from parakin.status import RESIDUAL, FloatArray, Layout, Status, StatusArray, classify
+from parakin.kernel import newton_unknowns
+from parakin.status import (
+    RESIDUAL,
+    FloatArray,
+    Layout,
+    Status,
+    StatusArray,
+    classify,
+    converged,
+)
 
 CLOSED = 0.01 * RESIDUAL  # what is aimed at by the first steps
 _REPEATS = 12  # runs of a kernel (a few Newton steps each) before giving up
 _HALVINGS = 14
 _SHORT = 1e-4  # of a unit: a way no longer than this is all but none
+FIRM = 1e-3  # of what it is at home: how firmly loops hold a pose that is not singular
+_SERVES = 0.3  # figure that a chart must have where it takes over
+_SAME = 1e-9  # radians and characteristic lengths between a pose on one chart and on the next
 _ATTEMPTS = 500  # steps of all sizes on one way before giving up
 
 
@@ -65,6 +78,30 @@ def _hopeful(out: FloatArray, layout: Layout) -> NDArray[np.bool_]:
     settled = np.isnan(out[layout.checks]) & ~(out[layout.checks + 2] > 1e-10)
     hopeful: NDArray[np.bool_] = finite & ~settled
     return hopeful
+
+
+def taken_over(chart: Chart, driven: FloatArray, before: Configuration) -> FloatArray | None:
+    """Outputs (rows, 1) on this chart of a pose found on another one, if it serves there and the
+    mechanism stands the same. driven (orders, k, 1).
+    """
+    plan, layout = chart.plan, chart.layout
+    q = chart.coordinates_at(before)
+    guess = np.array([[q[k] - plan.offset(k)] for k in newton_unknowns(plan)]).reshape(-1, 1)
+    out = iterate(chart, driven.reshape(-1, 1), guess)
+    if not (converged(out, layout)[0] and out[layout.checks + 1, 0] > _SERVES):
+        return None
+    there = chart.configuration(driven[0, :, 0], out[:, 0])
+    return out if _apart(before, there) < _SAME else None
+
+
+def _apart(one: Configuration, other: Configuration) -> float:
+    """How far the bodies of a mechanism are from where they are in another configuration."""
+    length, worst = one.circuits.graph.length, 0.0
+    for body in range(len(one.circuits.graph.plain.bodies)):
+        here, there = one.circuits.pose(body), other.circuits.pose(body)
+        places, turns = np.subtract(here.p, there.p), np.subtract(here.R, there.R)
+        worst = max(worst, float(np.abs(places).max()) / length, float(np.abs(turns).max()))
+    return worst
 
 
 def walk(
