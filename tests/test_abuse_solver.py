@@ -122,7 +122,10 @@ def test_legs_that_cannot_be(hexapod: parakin.Solver, value: float) -> None:
         assert tick.status != Status.CONVERGED
         assert np.isnan(tick.position).all()
         guess = np.array([hexapod.home.get(name, 0.0) for name in hexapod.coordinates])
-        assert hexapod.at(y, guess=guess).status != Status.CONVERGED
+        tick = hexapod.at(y, guess=guess)
+        if value != 1e3 or len(chosen) < 6:  # six legs of a kilometre can be, side by side
+            assert tick.status != Status.CONVERGED
+        judged(hexapod, y[:, None], hexapod.at(y[:, None], guess=guess))
 
 
 @pytest.mark.parametrize("value", [*NEVER, 1e3, 1e300, 0.0])

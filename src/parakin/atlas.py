@@ -39,12 +39,16 @@ _SPREAD = 8192  # batches smaller than this are not worth a second core
 
 @dataclass(frozen=True)
 class Chart:
-    """A plan compiled for what is to be reported, the first `reported` of `outputs.coordinates`."""
+    """A plan compiled for what is to be reported, the first `reported` of `outputs.coordinates`.
+
+    share: how firmly the mechanism is held where the plan was made, compared with home.
+    """
 
     plan: Plan
     outputs: Outputs
     reported: int
     machine_code: bool
+    share: float = 1.0
     _figures: dict[tuple[object, ...], Figures] = field(default_factory=dict)
 
     @cached_property
@@ -162,7 +166,8 @@ class Chart:
         chosen = self.outputs.coordinates[: self.reported]
         watched = beside(plan, chosen, unknowns_of(plan))
         outputs = replace(self.outputs, coordinates=(*chosen, *watched))
-        return Chart(plan, outputs, self.reported, self.machine_code)
+        share = self.share * min(1.0, self.firm(at))
+        return Chart(plan, outputs, self.reported, self.machine_code, share)
 
 
 def firmness(plan: Plan, at: Configuration) -> float:

@@ -569,8 +569,10 @@ class Solver:
     def _told(self, pieces: Sequence[Piece], n: int) -> FloatArray:
         """What is reported of samples, all orders, then the checks; NaN where not solved."""
         rows, orders = self.layout.reported, 1 + self.derivatives
-        if len(pieces) == 1 and pieces[0].out.shape == (rows * orders + CHECKS, n):
-            return pieces[0].out
+        if len(pieces) == 1 and rows == self.layout.rows:
+            piece = pieces[0]
+            if piece.chart is self._chart and piece.stop - piece.start == n:
+                return piece.out
         out = np.full((rows * orders + CHECKS, n), np.nan)
         for start, stop, chart, found in pieces:
             place = chart.layout
@@ -578,6 +580,7 @@ class Solver:
                 told = found[place.rows * order : place.rows * order + rows]
                 out[rows * order : rows * (order + 1), start:stop] = told
             out[rows * orders :, start:stop] = found[place.checks :]
+            out[rows * orders + 1, start:stop] *= chart.share
         return out
 
     def _figures(
