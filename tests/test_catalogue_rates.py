@@ -9,7 +9,8 @@ from jets import jet_functions
 
 import parakin
 from parakin.graph import graph_of
-from parakin.kernel import Outputs, newton_unknowns, trace
+from parakin.kernel import newton_unknowns, trace
+from parakin.rows import Outputs
 
 NAMES = [name for name in parakin.catalogue() if name != "flight-simulator-upu"]
 

@@ -18,9 +18,10 @@ from random_mechanisms import Example, closed_by, examples
 from replays import replayed
 
 import parakin
-from parakin.kernel import Outputs, newton_unknowns, trace
+from parakin.kernel import newton_unknowns, trace
 from parakin.machine import has_machine_code
 from parakin.motion import from_laws, polynomial345
+from parakin.rows import Outputs
 
 REASONS = (
     r"driven .*(depend on one another|cannot move|not determined|the mobility is)",

@@ -17,8 +17,9 @@ from jets import jet_functions
 from scipy.spatial.transform import Rotation
 
 import parakin
-from parakin.kernel import Outputs, newton_unknowns, trace
+from parakin.kernel import newton_unknowns, trace
 from parakin.results import ORDERS
+from parakin.rows import Outputs
 
 Compiled = Callable[..., parakin.Solver]
 

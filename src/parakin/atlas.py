@@ -24,11 +24,12 @@ from parakin.assembly import (
 from parakin.bodies import Figures, Points
 from parakin.errors import ParakinError
 from parakin.graph import GraphJoint, Tree
-from parakin.kernel import Outputs, has_unsigned, newton_unknowns, unknowns_of
-from parakin.machine import Kernel, make_kernel, output_count
+from parakin.kernel import has_unsigned, newton_unknowns, unknowns_of
+from parakin.machine import Kernel, make_kernel
 from parakin.motion import Samples
 from parakin.ordering import plan_of
 from parakin.plan import Plan
+from parakin.rows import Outputs
 from parakin.status import FloatArray, Layout, Triple, Watched
 
 _STEPS = 3  # Newton steps per run of a kernel: round-off from one or two hundredths away
@@ -59,15 +60,11 @@ class Chart:
     def kernel(self) -> Kernel:
         return make_kernel(self.plan, self.outputs, machine_code=self.machine_code, steps=_STEPS)
 
-    @cached_property
-    def _results(self) -> int:
-        return output_count(self.outputs)
-
     def run(self, inputs: FloatArray, *, parallel: bool = False) -> FloatArray:
         """Outputs (rows,) or (rows, n) of inputs alike."""
         if self.lanes > 1 and (inputs.ndim == 1 or inputs.shape[1] % LANES):
             return self._run_in_lanes(inputs, parallel=parallel)
-        out = np.empty((self._results, *inputs.shape[1:]))
+        out = np.empty((self.outputs.count, *inputs.shape[1:]))
         self.kernel(inputs, out, parallel and inputs.shape[-1] >= _SPREAD)
         return out
 
@@ -84,7 +81,7 @@ class Chart:
         n = columns.shape[1]
         whole = np.empty((len(inputs), n + -n % LANES))
         whole[:, :n], whole[:, n:] = columns, columns[:, -1:]
-        out = np.empty((self._results, whole.shape[1]))
+        out = np.empty((self.outputs.count, whole.shape[1]))
         self.kernel(whole, out, parallel and n >= _SPREAD)
         return out[:, 0] if inputs.ndim == 1 else out[:, :n]
 
@@ -92,7 +89,7 @@ class Chart:
         """Outputs (rows,) of one pose, rounded as in a batch."""
         whole = np.empty((len(inputs) + len(guess), self.lanes))
         whole[: len(inputs)], whole[len(inputs) :] = inputs[:, None], guess[:, None]
-        out = np.empty((self._results, self.lanes))
+        out = np.empty((self.outputs.count, self.lanes))
         self.kernel(whole, out, False)
         return out[:, 0]
 
@@ -107,7 +104,7 @@ class Chart:
     def figures(
         self, points: Points, samples: Samples, found: FloatArray, parallel: bool
     ) -> FloatArray:
-        """24 figures for each point, (rows, n); `found` are the iterated coordinates (m, n)."""
+        """`rows.POINT` figures a point, (rows, n); `found` are the iterated coordinates (m, n)."""
         key = tuple(points.items())
         if key not in self._figures:  # kept, since a kernel takes a while to compile
             self._figures[key] = Figures.of(self.plan, points, machine_code=self.machine_code)
@@ -189,7 +186,6 @@ def firmness(plan: Plan, at: Configuration) -> float:
 
 
 def layout_of(plan: Plan, outputs: Outputs, reported: int) -> Layout:
-    n = len(outputs.coordinates)
     place = {c: row for row, c in enumerate(outputs.coordinates)}
     iterated = newton_unknowns(plan)
     unknowns = [k for k in unknowns_of(plan) if k in place]
@@ -202,12 +198,11 @@ def layout_of(plan: Plan, outputs: Outputs, reported: int) -> Layout:
         and plan.graph.coordinates[c].angle
         and c not in {*plan.affine, *iterated}
     ]
-    orders = outputs.derivatives + 1
+    orders = range(1 + outputs.derivatives)
     return Layout(
+        outputs,
         reported,
-        n,
-        n * orders,
-        np.array([found + n * order for order in range(orders)]),
+        np.array([outputs.derivative(found, order) for order in orders]),
         np.array([place[k] for k in unknowns], dtype=np.intp),
         units,
         np.array(angles, dtype=np.intp),

@@ -9,10 +9,10 @@ import numpy as np
 
 from parakin.errors import InputError, nearest
 from parakin.graph import Graph
-from parakin.kernel import Outputs
-from parakin.machine import Kernel, make_kernel, output_count
+from parakin.machine import Kernel, make_kernel
 from parakin.motion import Samples
 from parakin.plan import Plan
+from parakin.rows import Outputs
 from parakin.spatial import Vector
 from parakin.status import FloatArray
 
@@ -51,10 +51,10 @@ class Figures:
     def of(cls, plan: Plan, points: Points, *, machine_code: bool) -> Figures:
         outputs = Outputs((), derivatives=2, checks=False, points=tuple(points.values()))
         kernel = make_kernel(plan, outputs, machine_code=machine_code, steps=1)
-        return cls(points, kernel, output_count(outputs))
+        return cls(points, kernel, outputs.count)
 
     def at(self, samples: Samples, found: FloatArray, parallel: bool) -> FloatArray:
-        """24 figures a point, (rows, n); `found` are the iterated coordinates (m, n)."""
+        """`rows.POINT` figures a point, (rows, n); `found` are the iterated coordinates (m, n)."""
         driven = (samples.position, samples.velocity, samples.acceleration)
         figures = np.empty((self.rows, len(samples.time)))
         self.kernel(np.concatenate([*driven, found]), figures, parallel)

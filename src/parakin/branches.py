@@ -18,10 +18,10 @@ from scipy.spatial.transform import Rotation
 from parakin import closure
 from parakin.assembly import FloatArray, circuits_at, configure, freedoms
 from parakin.graph import Graph
-from parakin.kernel import Equations, Lead, Outputs, newton_unknowns, trace
-from parakin.machine import output_count
+from parakin.kernel import Equations, Lead, newton_unknowns, trace
 from parakin.plan import Block, Plan
 from parakin.recursion import Circuits
+from parakin.rows import Outputs
 from parakin.spatial import ARRAYS, Scalar
 from parakin.status import SINGULAR
 
@@ -97,7 +97,7 @@ def branches(
     guess = home[iterated, None] + spread[:, None] * rng.uniform(-1, 1, (len(iterated), n))
     if len(iterated):
         guess[:, 0] = home[iterated]
-    out = np.empty((output_count(outputs), n))
+    out = np.empty((outputs.count, n))
     offsets = np.array([plan.offset(k) for k in range(len(home))])
     signs = [_either(block, rng, n) for block in plan.blocks]
     given = list(np.repeat(driven[:, None], n, axis=1))
@@ -109,14 +109,15 @@ def branches(
             results = trace(loose, [given], list(guess), ARRAYS, outputs, _STEPS, lead)
             for row, result in enumerate(results):
                 out[row] = result
-            open_ = _open(plan, out[: len(home)] + offsets[:, None])
+            open_ = _open(plan, out[outputs.order(0)] + offsets[:, None])
         for block, sign in pairs:
             if sign is not None:  # the loop may want the other root: a joint's angles go together
                 wrong = open_[block.rows[0].cut]
                 sign[wrong] = rng.choice([-1.0, 1.0], int(wrong.sum()))
         if len(iterated):
             guess, lead = out[iterated], None
-    q, residual, conditioning = out[: len(home)], out[len(home)], out[len(home) + 1]
+    q = out[outputs.order(0)]
+    residual, conditioning = out[outputs.residual], out[outputs.conditioning]
     real = residual <= _CLOSED * graph.length
     at_rest = np.where(real, q + offsets[:, None], plan.home[:, None])
     circuits = circuits_at(graph, plan.tree, at_rest)

@@ -19,8 +19,9 @@ from parakin import __version__
 from parakin.atlas import layout_of
 from parakin.compiler import compile as compile_mechanism
 from parakin.errors import AssemblyError
-from parakin.kernel import CHECKS, Outputs, trace
+from parakin.kernel import trace
 from parakin.mechanism import Mechanism
+from parakin.rows import Outputs
 from parakin.solver import Solver
 from parakin.spatial import FLOATS, Functions, Scalar
 from parakin.status import LOCKED, RESIDUAL, SINGULAR, TURNS, Layout, Status
@@ -158,14 +159,14 @@ def _function(solver: Solver, name: str, outputs: Outputs) -> str:
 
 def _kernel(solver: Solver, name: str, stem: str) -> str:
     n, m, k = len(solver.coordinates), len(solver.iterated), len(solver.driven)
-    rows = [solver.coordinates.index(c) for c in solver.iterated]
+    iterated = [solver.coordinates.index(c) for c in solver.iterated]
     layout = _layout(solver)
     parts = [f'/* {stem}.c: see {stem}.h. {_MADE} */\n#include "{stem}.h"\n\n#include <math.h>\n']
     iterate = ""
     if m:
         found = tuple(solver.graph.index(c, "iterated") for c in solver.iterated)
         parts.append(_function(solver, "newton_step", Outputs(found, 0, checks=False)))
-        parts.append(f"static const int iterated[{m}] = {{{_listed(rows)}}};\n")
+        parts.append(f"static const int iterated[{m}] = {{{_listed(iterated)}}};\n")
         iterate = f"""
     for (i = 0; i < {m}; ++i)
         step[{k} + i] = state->position[iterated[i]];
@@ -175,7 +176,8 @@ def _kernel(solver: Solver, name: str, stem: str) -> str:
         in[{3 * k} + i] = step[{k} + i];
 """
     numbers = tuple(solver.graph.index(c, "coordinates") for c in solver.coordinates)
-    parts.append(_function(solver, "solve_pose", Outputs(numbers, 2)))
+    rows = Outputs(numbers, 2)
+    parts.append(_function(solver, "solve_pose", rows))
     home = ", ".join(repr(solver.home[c]) for c in solver.coordinates)
     limited = _limits(solver)
     if limited:
@@ -201,7 +203,7 @@ def _kernel(solver: Solver, name: str, stem: str) -> str:
         if (q < limits[i].low || q > limits[i].high)
             return {name.upper()}_LIMIT_EXCEEDED;
     }}"""
-    angles = sorted({*layout.angles.tolist(), *rows} & _angle_rows(solver))
+    angles = sorted({*layout.angles.tolist(), *iterated} & _angle_rows(solver))
     numbers_ = f"""
     for (i = 0; i < {n}; ++i)
         if (!isfinite(state->position[i]))
@@ -213,7 +215,7 @@ def _kernel(solver: Solver, name: str, stem: str) -> str:
         for row in angles
     )
     undefined, kept = _undefined(layout, name)
-    declared = [f"double in[{3 * k + m}], out[{3 * n + CHECKS}];", "int i;"]
+    declared = [f"double in[{3 * k + m}], out[{rows.count}];", "int i;"]
     if m:
         declared.insert(1, f"double step[{k + m}];")
     if undefined:
@@ -249,23 +251,23 @@ int {name}_solve(const double *y, const double *yd, const double *ydd, {name}_st
         in[{2 * k} + i] = ydd[i];
 {copied}    }}
 {iterate.lstrip(chr(10))}    solve_pose(in, out);
-    state->residual = out[{3 * n}];
-    state->conditioning = out[{3 * n + 1}];
-    if (out[{3 * n}] != out[{3 * n}])
+    state->residual = out[{rows.residual}];
+    state->conditioning = out[{rows.conditioning}];
+    if (out[{rows.residual}] != out[{rows.residual}])
         return {name.upper()}_OUT_OF_REACH;
-    if (!(out[{3 * n}] <= {RESIDUAL!r}*out[{3 * n + 3}]))
+    if (!(out[{rows.residual}] <= {RESIDUAL!r}*out[{rows.size}]))
         return {name.upper()}_ITERATION_LIMIT;
-    if (out[{3 * n + 1}] < {-SINGULAR!r})
+    if (out[{rows.conditioning}] < {-SINGULAR!r})
         return {name.upper()}_BRANCH_CHANGE;
-    if (!(out[{3 * n + 1}] >= {SINGULAR!r}))
+    if (!(out[{rows.conditioning}] >= {SINGULAR!r}))
         return {name.upper()}_SINGULAR;
-    for (i = 0; i < {3 * n}; ++i)
+    for (i = 0; i < {rows.motion.stop}; ++i)
         if (!isfinite(out[i]))
             return {name.upper()}_OUT_OF_REACH;
 {unwrap.lstrip(chr(10))}{undefined}    for (i = 0; i < {n}; ++i) {{
         state->position[i] = out[i];
-        state->velocity[i] = out[{n} + i];
-        state->acceleration[i] = out[{2 * n} + i];
+        state->velocity[i] = out[{rows.order(1).start} + i];
+        state->acceleration[i] = out[{rows.order(2).start} + i];
     }}{kept}{check}
     return {name.upper()}_CONVERGED;
 }}
@@ -288,7 +290,7 @@ def _angle_rows(solver: Solver) -> set[int]:
 
 def _undefined(layout: Layout, name: str) -> tuple[str, str]:
     """Where three angles are not defined: how that is seen, and what is said of it."""
-    found, n = "", layout.rows
+    found = ""
     for rows, second, same in layout.triples:
         function = "sin" if same else "cos"
         found += (
@@ -296,7 +298,8 @@ def _undefined(layout: Layout, name: str) -> tuple[str, str]:
         )
         for row in rows.tolist():
             found += f"        out[{row}] = state->position[{row}];\n"
-            found += f"        out[{n + row}] = out[{2 * n + row}] = 0.0;\n"
+            velocity, acceleration = (layout.outputs.derivative(row, order) for order in (1, 2))
+            found += f"        out[{velocity}] = out[{acceleration}] = 0.0;\n"
         found += "    }\n"
     if not found:
         return "", ""

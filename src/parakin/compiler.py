@@ -12,10 +12,11 @@ from parakin.errors import AssemblyError, DrivenError, InputError, nearest
 from parakin.expressions import Value
 from parakin.files import load
 from parakin.graph import Graph, graph_of
-from parakin.kernel import Outputs, newton_unknowns, unknowns_of
+from parakin.kernel import newton_unknowns, unknowns_of
 from parakin.machine import has_machine_code
 from parakin.mechanism import Mechanism
 from parakin.ordering import plan_of
+from parakin.rows import Outputs
 from parakin.solver import Solver
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from parakin import closure
@@ -28,30 +27,14 @@ from parakin.recursion import (
     slide,
     turn,
 )
+from parakin.rows import Outputs
 from parakin.spatial import FLOATS, Functions, Scalar, Vector, add, apply, dot, mul, plus, sub
 
-CHECKS = 5
 ROUNDING = 2.0**-53
 
 # A block's gaps and their derivatives by its unknowns, at given values of these.
 Equations = Callable[[Sequence[Scalar]], tuple[list[Scalar], list[list[Scalar]]]]
 Lead = Callable[[Block, Equations, list[Scalar]], list[Scalar]]
-
-
-@dataclass(frozen=True)
-class Outputs:
-    """What a kernel returns, a scalar each: positions of `coordinates` (by number, or by name the
-    cone angle of a spherical joint), and as many `derivatives` of them; with `checks` the residual
-    (norm of all closure rows [m]), the conditioning (signed: negative on another branch), the size
-    of the last Newton step, that of what the closure rows subtract [m], and the product of those
-    figures of conditioning that keep no sign where they pass zero; then 24 figures for every point
-    of `points` (body, place on it): p_WB, R_WB row by row, v_WB, w_WB, a_WB, alpha_WB.
-    """
-
-    coordinates: tuple[int | str, ...]
-    derivatives: int = 2
-    checks: bool = True
-    points: tuple[tuple[int, Vector], ...] = ()
 
 
 def newton_unknowns(plan: Plan) -> list[int]:

@@ -14,16 +14,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from parakin.kernel import CHECKS, Outputs, newton_unknowns, trace
+from parakin.kernel import newton_unknowns, trace
 from parakin.plan import Plan
+from parakin.rows import Outputs
 from parakin.spatial import ARRAYS, FLOATS, Functions, Scalar
 
 FloatArray = NDArray[np.float64]
 
 # inputs (n_in,) or (n_in, batch), outputs alike, and whether to use all cores on a batch
 Kernel = Callable[[FloatArray, FloatArray, bool], None]
-
-POINT_FIGURES = 24
 
 
 def has_machine_code() -> bool:
@@ -34,11 +33,6 @@ def has_machine_code() -> bool:
 def input_count(plan: Plan, outputs: Outputs) -> int:
     """Driven values, then as many derivatives of them, then the guess."""
     return _orders(outputs) * len(plan.driven) + len(newton_unknowns(plan))
-
-
-def output_count(outputs: Outputs) -> int:
-    coordinates = (outputs.derivatives + 1) * len(outputs.coordinates)
-    return coordinates + CHECKS * outputs.checks + POINT_FIGURES * len(outputs.points)
 
 
 def _orders(outputs: Outputs) -> int:

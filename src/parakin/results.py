@@ -10,6 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parakin.errors import NotSolvedError
+from parakin.rows import (
+    ACCELERATION,
+    ANGULAR_ACCELERATION,
+    ANGULAR_VELOCITY,
+    ORIENTATION,
+    POINT,
+    POSITION,
+    VELOCITY,
+)
 from parakin.status import FloatArray, Status, StatusArray
 
 if TYPE_CHECKING:
@@ -38,17 +47,16 @@ def dataset(
     """
     import xarray as xr
 
-    n = len(solver.coordinates)
-    over = ("time", "coordinate")
+    rows, over = solver.told, ("time", "coordinate")
     variables: dict[str, Any] = {
-        quantity: (over, out[k * n : (k + 1) * n].T, {"units": _UNITS[k]})
+        quantity: (over, out[rows.order(k)].T, {"units": _UNITS[k]})
         for k, quantity in enumerate(ORDERS[: solver.derivatives + 1])
     }
-    checks = n * (solver.derivatives + 1)
+    residual = {"long_name": "norm of all closure rows", "units": "m"}
     variables |= {
         "status": ("time", status, _status_attributes()),
-        "residual": ("time", out[checks], {"long_name": "norm of all closure rows", "units": "m"}),
-        "conditioning": ("time", out[checks + 1], {"units": "1"}),
+        "residual": ("time", out[rows.residual], residual),
+        "conditioning": ("time", out[rows.conditioning], {"units": "1"}),
         "home": ("coordinate", [solver.home.get(name, np.nan) for name in solver.coordinates]),
     }
     labels = {"time": xr.Variable("time", time, {"units": "s"})}
@@ -121,19 +129,22 @@ def _status_attributes() -> dict[str, Any]:
 
 
 def _bodies(figures: FloatArray, points: int, n: int, last: FloatArray | None) -> dict[str, Any]:
-    blocks = figures.reshape(points, 24, n)
+    blocks = figures.reshape(points, POINT, n)
     over = ("time", "body", "axis")
 
-    def vectors(start: int) -> FloatArray:
-        return np.ascontiguousarray(blocks[:, start : start + 3].transpose(2, 0, 1))
+    def vectors(rows: slice) -> FloatArray:
+        return np.ascontiguousarray(blocks[:, rows].transpose(2, 0, 1))
 
     return {
-        "body_position": (over, vectors(0), {"units": "m"}),
-        "body_orientation": (("time", "body", "quaternion"), quaternions(blocks[:, 3:12], last)),
-        "body_velocity": (over, vectors(12), {"units": "m s-1"}),
-        "body_angular_velocity": (over, vectors(15), {"units": "rad s-1"}),
-        "body_acceleration": (over, vectors(18), {"units": "m s-2"}),
-        "body_angular_acceleration": (over, vectors(21), {"units": "rad s-2"}),
+        "body_position": (over, vectors(POSITION), {"units": "m"}),
+        "body_orientation": (
+            ("time", "body", "quaternion"),
+            quaternions(blocks[:, ORIENTATION], last),
+        ),
+        "body_velocity": (over, vectors(VELOCITY), {"units": "m s-1"}),
+        "body_angular_velocity": (over, vectors(ANGULAR_VELOCITY), {"units": "rad s-1"}),
+        "body_acceleration": (over, vectors(ACCELERATION), {"units": "m s-2"}),
+        "body_angular_acceleration": (over, vectors(ANGULAR_ACCELERATION), {"units": "rad s-2"}),
     }
 
 

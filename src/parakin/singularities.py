@@ -25,8 +25,8 @@ from parakin.assembly import FloatArray, coordinate_scales
 from parakin.course import hermite
 from parakin.errors import InputError
 from parakin.freedom import LOST, RANK, Kind, Sets, freed, freedom, idling, sets_of, whole_values
-from parakin.kernel import CHECKS, Outputs
-from parakin.machine import make_kernel, output_count
+from parakin.machine import make_kernel
+from parakin.rows import Outputs
 from parakin.status import RESIDUAL, SOLVED
 from parakin.words import platform_axes, platform_motion
 
@@ -175,11 +175,11 @@ class _Path:
         for k, number in enumerate(plan.driven):
             unit = np.zeros_like(y)
             unit[k] = scales[number]
-            out = np.empty((output_count(outputs), y.shape[1]))
+            out = np.empty((outputs.count, y.shape[1]))
             kernel(np.concatenate([y, unit, guess]), out, False)
-            columns.append(out[len(every) :][rows].T / scales[rows])
+            columns.append(out[outputs.order(1)][rows].T / scales[rows])
         offsets = np.array([plan.offset(k) for k in every])
-        found, q = np.stack(columns, axis=2), out[: len(every)] + offsets[:, None]
+        found, q = np.stack(columns, axis=2), out[outputs.order(0)] + offsets[:, None]
         angles = sets.turned
         if angles:  # angular velocities, which are defined where angles are not
             found[:, angles] = platform_axes(graph, q)[0] @ found[:, angles]
@@ -189,13 +189,13 @@ class _Path:
         """That of what is solved, NaN out of reach."""
         plan = self.solver.plan
         outputs = Outputs((), derivatives=0)
-        out = np.empty((CHECKS, 1))
+        out = np.empty((outputs.count, 1))
         y, guess = self.at(i, time)
         make_kernel(plan, outputs, machine_code=False, steps=_STEPS)(
             np.concatenate([y, guess]), out, False
         )
-        closed = out[0, 0] <= RESIDUAL * plan.graph.length
-        return float(out[1, 0]) if closed else np.nan
+        closed = out[outputs.residual, 0] <= RESIDUAL * out[outputs.size, 0]
+        return float(out[outputs.conditioning, 0]) if closed else np.nan
 
 
 def _figures(rates: FloatArray, sets: Sets) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -24,12 +25,12 @@ from parakin.course import Course
 from parakin.errors import InputError, nearest
 from parakin.files import load_motion
 from parakin.graph import Graph
-from parakin.kernel import CHECKS, Outputs, newton_unknowns
-from parakin.machine import POINT_FIGURES
+from parakin.kernel import newton_unknowns
 from parakin.motion import Motion, Samples
 from parakin.ordering import plan_of
 from parakin.plan import Plan
 from parakin.results import dataset, labels_of, quaternions
+from parakin.rows import ORIENTATION, POINT, POSITION, Outputs
 from parakin.singularities import Closeness, closeness
 from parakin.spatial import FLOATS
 from parakin.status import (
@@ -100,6 +101,7 @@ class Solver:
         self.derivatives = outputs.derivatives
         self.home: Mapping[str, float] = home_values(graph, plan)
         self._outputs = outputs
+        self.told = replace(outputs, coordinates=outputs.coordinates[:reported])
         self.layout = self._chart.layout
         self._iterated = newton_unknowns(plan)
         self.iterated = tuple(self._name(c) for c in self._iterated)
@@ -165,7 +167,7 @@ class Solver:
             good = 0 if out.ndim == 1 else np.zeros(out.shape[1], dtype=np.int8)
             return self._tick(out, good, np.nan, np.nan)
         if plain and out.ndim == 1 and within is None and not walked and not self.layout.triples:
-            residual, conditioning, _, size, _ = out[self._check_rows].tolist()
+            residual, conditioning, _, size, _ = out[self._outputs.figures].tolist()
             if residual <= RESIDUAL * size and conditioning >= SINGULAR:
                 return self._tick(out, 0, residual, conditioning)
         return self._judged(out, inputs, start, walked, within, plain=plain)
@@ -181,8 +183,8 @@ class Solver:
         plain: bool,
     ) -> Tick:
         """A status for each column, and NaN where it is one of failure."""
-        checks, columns = self.layout.checks, out[:, None] if out.ndim == 1 else out
-        numbers = columns[:checks]
+        rows, columns = self._outputs, out[:, None] if out.ndim == 1 else out
+        numbers = columns[rows.motion]
         found = None
         if self._outputs.checks:
             status = classify(columns, self.layout)
@@ -216,7 +218,7 @@ class Solver:
         verdict: int | StatusArray = int(status[0]) if out.ndim == 1 else status
         tick = self._tick(out, verdict, np.nan, np.nan)
         if self._outputs.checks:
-            residual, conditioning = out[checks], out[checks + 1]
+            residual, conditioning = out[rows.residual], out[rows.conditioning]
             if out.ndim == 1:
                 residual, conditioning = float(residual), float(conditioning)
             tick = tick._replace(residual=residual, conditioning=conditioning)
@@ -243,12 +245,11 @@ class Solver:
     def _transferred(self, out: FloatArray, column: int, chart: Chart, found: FloatArray) -> Status:
         """Write what another chart found, angles by full turns nearest to what stands there."""
         undefined = bool(blank_undefined(found, chart.layout)[0])
-        told, n, rows = self._told([Piece(0, 1, chart, found)], 1)[:, 0], self.layout.reported, 0
+        told = self._told([Piece(0, 1, chart, found)], 1)[:, 0]
         before = out[self._reported_angles, column]
-        for place in self._told_rows[: 1 + self.derivatives]:
-            out[place, column] = told[rows : rows + n]
-            rows += n
-        out[self._check_rows, column] = told[rows:]
+        for order, rows in enumerate(self._told_rows[: 1 + self.derivatives]):
+            out[rows, column] = told[self.told.order(order)]
+        out[self._outputs.figures, column] = told[self.told.figures]
         turns = np.round((before - out[self._reported_angles, column]) / (2 * np.pi))
         out[self._reported_angles, column] += 2 * np.pi * turns
         return Status.ANGLES_UNDEFINED if undefined else Status.CONVERGED
@@ -280,18 +281,14 @@ class Solver:
     @cached_property
     def _told_rows(self) -> list[slice]:
         """Rows of positions, and of each derivative, none where it is not known."""
-        n, rows = self.layout.reported, self.layout.rows
-        known = [slice(rows * order, rows * order + n) for order in range(1 + self.derivatives)]
+        starts = [self._outputs.order(order).start for order in range(1 + self.derivatives)]
+        known = [slice(start, start + self.layout.reported) for start in starts]
         return known + [slice(0, 0)] * (4 - len(known))
 
     @cached_property
     def _last_rows(self) -> slice:
         """Rows of the last derivative, which is no number where the others are none."""
         return self._told_rows[self.derivatives]
-
-    @cached_property
-    def _check_rows(self) -> slice:
-        return slice(self.layout.checks, self.layout.checks + CHECKS)
 
     def _inputs_of(
         self,
@@ -374,9 +371,9 @@ class Solver:
     @cached_property
     def _cone_rows(self) -> list[int]:
         """Where cone angles are, whose rates are none where an angle is exactly zero."""
-        rows, cones = self.layout.rows, self.graph.cones
-        at = [row for row, name in enumerate(self.coordinates) if name in cones]
-        return [row + rows * order for order in range(1, self.derivatives + 1) for row in at]
+        at = [row for row, name in enumerate(self.coordinates) if name in self.graph.cones]
+        orders = range(1, self.derivatives + 1)
+        return [self._outputs.derivative(row, order) for order in orders for row in at]
 
     def _iterate(
         self, inputs: FloatArray, guess: FloatArray | None
@@ -385,7 +382,7 @@ class Solver:
         guess = None if guess is None else self._off_the_lock(guess)
         if inputs.ndim == 1 and guess is not None:
             alone = self._chart.alone(inputs, guess)
-            if alone[self.layout.checks] <= CLOSED * alone[self.layout.checks + 3]:
+            if alone[self._outputs.residual] <= CLOSED * alone[self._outputs.size]:
                 return alone, 0
         columns = inputs[:, None] if inputs.ndim == 1 else inputs
         walked: StatusArray | None = None
@@ -454,8 +451,8 @@ class Solver:
         samples = Samples(np.zeros(1), place, zero, zero)
         known = tick.found if len(tick.found) else tick.position[self.layout.found[0]]
         found = self._off_the_lock(known)[:, None]
-        blocks = self._chart.figures(points, samples, found, False).reshape(len(points), 24, 1)
-        return blocks[:, :3, 0], quaternions(blocks[:, 3:12], None)[0]
+        blocks = self._chart.figures(points, samples, found, False).reshape(len(points), POINT, 1)
+        return blocks[:, POSITION, 0], quaternions(blocks[:, ORIENTATION], None)[0]
 
     def motion(
         self,
@@ -568,25 +565,25 @@ class Solver:
 
     def _told(self, pieces: Sequence[Piece], n: int) -> FloatArray:
         """What is reported of samples, all orders, then the checks; NaN where not solved."""
-        rows, orders = self.layout.reported, 1 + self.derivatives
-        if len(pieces) == 1 and rows == self.layout.rows:
+        told = self.told
+        if len(pieces) == 1 and told == self._outputs:
             piece = pieces[0]
             if piece.chart is self._chart and piece.stop - piece.start == n:
                 return piece.out
-        out = np.full((rows * orders + CHECKS, n), np.nan)
+        out = np.full((told.count, n), np.nan)
         for start, stop, chart, found in pieces:
-            place = chart.layout
-            for order in range(orders):
-                told = found[place.rows * order : place.rows * order + rows]
-                out[rows * order : rows * (order + 1), start:stop] = told
-            out[rows * orders :, start:stop] = found[place.checks :]
-            out[rows * orders + 1, start:stop] *= chart.share
+            rows = chart.outputs
+            for order in range(1 + told.derivatives):
+                known = found[rows.order(order)]
+                out[told.order(order), start:stop] = known[: len(told.coordinates)]
+            out[told.figures, start:stop] = found[rows.figures]
+            out[told.conditioning, start:stop] *= chart.share
         return out
 
     def _figures(
         self, points: Points, pieces: Sequence[Piece], samples: Samples, parallel: bool
     ) -> FloatArray:
-        figures = np.full((POINT_FIGURES * len(points), len(samples.time)), np.nan)
+        figures = np.full((POINT * len(points), len(samples.time)), np.nan)
         for start, stop, chart, found in pieces:
             inside, guess = samples.cropped(start, stop), found[chart.layout.found[0]]
             figures[:, start:stop] = chart.figures(points, inside, guess, parallel)

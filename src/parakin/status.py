@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from parakin.rows import Outputs
+
 FloatArray = NDArray[np.float64]
 StatusArray = NDArray[np.int8]
 
@@ -56,8 +58,7 @@ class Triple(NamedTuple):
 class Layout:
     """Where a kernel's outputs lie.
 
-    `reported` and `rows`: coordinates told, and all of them, the rest of the unknowns coming after
-    those that are told; each order of derivatives takes `rows` rows, `checks` is the first row
+    `reported`: how many of the coordinates of `outputs` are told, the rest of the unknowns coming
     after these. `found` (orders, m): iterated coordinates, of which a guess is needed. `unknowns`:
     rows of all that is solved for, and `units` of these, 1 for angles, else the characteristic
     length. `angles`: rows of angles that are found within half a turn of home. `unsigned`: whether
@@ -65,9 +66,8 @@ class Layout:
     are not defined everywhere. `watched`: what continuity is asked of, unknowns and angles.
     """
 
+    outputs: Outputs
     reported: int
-    rows: int
-    checks: int
     found: NDArray[np.intp]
     unknowns: NDArray[np.intp]
     units: FloatArray
@@ -91,15 +91,15 @@ class Watched(NamedTuple):
 
 def converged(out: FloatArray, layout: Layout) -> NDArray[np.bool_]:
     """Which samples are closed and well conditioned."""
-    closed = out[layout.checks] <= RESIDUAL * out[layout.checks + 3]
-    good: NDArray[np.bool_] = closed & (out[layout.checks + 1] >= SINGULAR)
+    closed = out[layout.outputs.residual] <= RESIDUAL * out[layout.outputs.size]
+    good: NDArray[np.bool_] = closed & (out[layout.outputs.conditioning] >= SINGULAR)
     return good
 
 
 def classify(out: FloatArray, layout: Layout) -> StatusArray:
     """A status per sample from its residual and conditioning; of NaN, both are made NaN."""
-    residual, conditioning = out[layout.checks], out[layout.checks + 1]
-    closed = residual <= RESIDUAL * out[layout.checks + 3]
+    residual, conditioning = out[layout.outputs.residual], out[layout.outputs.conditioning]
+    closed = residual <= RESIDUAL * out[layout.outputs.size]
     status = np.zeros(out.shape[1], dtype=np.int8)
     if closed.all() and conditioning.min(initial=1.0) >= SINGULAR:
         return status
@@ -123,5 +123,5 @@ def blank_undefined(out: FloatArray, layout: Layout) -> NDArray[np.bool_]:
         if undefined.any():
             found |= undefined
             for order in range(len(layout.found)):
-                out[np.ix_(rows + order * layout.rows, undefined)] = np.nan
+                out[np.ix_(layout.outputs.derivative(rows, order), undefined)] = np.nan
     return found

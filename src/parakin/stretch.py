@@ -66,7 +66,8 @@ class Stretch:
         self.chart, self._course, self._units = chart, course, units
         self._layout = layout = chart.layout
         self._watched = watched = layout.watched
-        self._rows = (watched.rows + layout.rows * np.arange(3)[:, None]).ravel()
+        orders = [layout.outputs.derivative(watched.rows, order) for order in range(3)]
+        self._rows = np.concatenate(orders)
         self._turns = bool(watched.turning.any())
 
     def evaluated(self, time: FloatArray, step: FloatArray, guess: FloatArray) -> Nodes:
@@ -198,7 +199,7 @@ class Stretch:
         near = np.flatnonzero(smooth)
         if not self._layout.unsigned or not len(near):
             return smooth
-        row = self._layout.checks + 4
+        row = self._layout.outputs.unsigned
         figure = nodes.out[row]
         h = (nodes.time[1:] - nodes.time[:-1])[near]
         sides = np.concatenate([near, near + 1])
@@ -225,7 +226,7 @@ class Stretch:
 
     def _digits(self, out: FloatArray) -> FloatArray:
         """Conditioning, as far as digits are concerned."""
-        figure: FloatArray = self.chart.grip * out[self._layout.checks + 1]
+        figure: FloatArray = self.chart.grip * out[self._layout.outputs.conditioning]
         return figure
 
     def ending_of(self, walked: Nodes, pair: Nodes) -> Ending:
@@ -238,7 +239,7 @@ class Stretch:
             return Ending(time, Status.NOT_SMOOTH)
         if len(walked.time) > _PARTS:
             return Ending(time, Status.NOT_SMOOTH)
-        if np.isnan(pair.out[self._layout.checks, 1]):
+        if np.isnan(pair.out[self._layout.outputs.residual, 1]):
             return Ending(time, Status.OUT_OF_REACH)
         earlier = int(np.searchsorted(walked.time, time - 100 * moment(time), side="right")) - 1
         rates = self._orders_of(walked.out)[1, self._watched.solved]
@@ -284,17 +285,17 @@ class Stretch:
         """
         if len(self._layout.found[0]) or len(nodes.time) < 2:
             return np.zeros(len(left), dtype=bool)
-        figure = nodes.out[self._layout.checks + 1]
+        figure = nodes.out[self._layout.outputs.conditioning]
         least = 0.5 * np.minimum(figure[:-1], figure[1:])
         rows = self._layout.angles
         away = np.abs(nodes.out[rows] - self._watched.centres[:, None])
-        swing = np.abs(nodes.out[rows + self._layout.rows, :-1]) * _SWING
+        swing = np.abs(nodes.out[self._layout.outputs.derivative(rows, 1), :-1]) * _SWING
         h = nodes.time[1:] - nodes.time[:-1]
         wrapping = np.maximum(away[:, :-1] + swing * h, away[:, 1:])
         least[~(wrapping.max(axis=0, initial=0.0) < np.pi - _MARGIN)] = np.inf
         covered = nodes.time[0] <= time[0] and time[-1] <= nodes.time[-1]
         least = np.append(least, least[-1] if covered else np.inf)  # the last may be at the end
-        plain: BoolArray = out[self._layout.checks + 1] > least[left]
+        plain: BoolArray = out[self._layout.outputs.conditioning] > least[left]
         return plain
 
     def _fits(

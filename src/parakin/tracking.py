@@ -141,7 +141,7 @@ class Track:
     def _changed_chart(self, ending: Ending) -> bool:
         """Go on with another chart, if it is only the plan that ends here and not the mechanism."""
         stretch, nodes = self._walks[-1]
-        chart, row = stretch.chart, stretch.chart.layout.checks + 1
+        chart, row = stretch.chart, stretch.chart.layout.outputs.conditioning
         figure = np.where(nodes.time > self._switched, nodes.out[row], 0.0)
         if ending.status == Status.NOT_SMOOTH or not figure.any():
             return False

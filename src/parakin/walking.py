@@ -52,7 +52,7 @@ def iterate(
     layout = chart.layout
     inputs = np.ascontiguousarray(np.concatenate([driven, guess]))
     out = chart.run(inputs, parallel=parallel)
-    open_ = np.flatnonzero(~(out[layout.checks] <= CLOSED * out[layout.checks + 3]))
+    open_ = np.flatnonzero(~(out[layout.outputs.residual] <= CLOSED * out[layout.outputs.size]))
     if not len(open_):
         return out
     again, known = inputs[:, open_], len(driven)
@@ -61,7 +61,7 @@ def iterate(
         out[:, open_] = found
         # A step or two beyond what is needed reaches round-off, and costs little.
         wanted = CLOSED if repeat < 2 else RESIDUAL
-        closed = found[layout.checks] <= wanted * found[layout.checks + 3]
+        closed = found[layout.outputs.residual] <= wanted * found[layout.outputs.size]
         kept = ~closed & _hopeful(found, layout)
         if not kept.any():
             break
@@ -75,7 +75,7 @@ def _hopeful(out: FloatArray, layout: Layout) -> NDArray[np.bool_]:
     from it is still out of reach.
     """
     finite = np.isfinite(out[layout.found[0]]).all(axis=0)
-    settled = np.isnan(out[layout.checks]) & ~(out[layout.checks + 2] > 1e-10)
+    settled = np.isnan(out[layout.outputs.residual]) & ~(out[layout.outputs.step] > 1e-10)
     hopeful: NDArray[np.bool_] = finite & ~settled
     return hopeful
 
@@ -88,7 +88,7 @@ def taken_over(chart: Chart, driven: FloatArray, before: Configuration) -> Float
     q = chart.coordinates_at(before)
     guess = np.array([[q[k] - plan.offset(k)] for k in newton_unknowns(plan)]).reshape(-1, 1)
     out = iterate(chart, driven.reshape(-1, 1), guess)
-    if not (converged(out, layout)[0] and out[layout.checks + 1, 0] > _SERVES):
+    if not (converged(out, layout)[0] and out[layout.outputs.conditioning, 0] > _SERVES):
         return None
     there = chart.configuration(driven[0, :, 0], out[:, 0])
     return out if _apart(before, there) < _SAME else None
@@ -121,7 +121,7 @@ def _walked(
 ) -> tuple[FloatArray, StatusArray]:
     n, k = goal.shape[1], len(goal)
     layout = chart.layout
-    orders, figure = slice(0, 3 * layout.rows), layout.checks + 4
+    orders, figure = layout.outputs.motion, layout.outputs.unsigned
     start = begin.driven[0][:, None]
     way = goal - start
     pace = np.abs(way / units[:, None]).max(axis=0, initial=_SHORT)
@@ -148,7 +148,7 @@ def _walked(
         x, v, a = begun
         found = at(target, x + h * (v + 0.5 * h * a), going)
         verdict = classify(found, layout)
-        digits = chart.grip * found[layout.checks + 1]
+        digits = chart.grip * found[layout.outputs.conditioning]
         ended = found[orders].reshape(begun.shape)
         smooth = follows(h, begun, ended, pace[going], layout.units, digits).all(axis=0)
         if layout.unsigned:
@@ -194,9 +194,9 @@ def _set_off(chart: Chart, begin: State, way: FloatArray) -> tuple[FloatArray, F
         driven[1, i, column] = driven[1, j, column] = 1.0
     guess = begin.found[0][:, None].repeat(1 + len(pairs), axis=1)
     home = iterate(chart, driven.reshape(len(layout.found) * k, -1), guess)
-    x, velocity, acceleration = home[: 3 * layout.rows].reshape(3, layout.rows, -1)[:, :, 1:]
+    x, velocity, acceleration = home[layout.outputs.motion].reshape(3, -1, 1 + len(pairs))[:, :, 1:]
     alone = {i: acceleration[:, column] for column, (i, j) in enumerate(pairs) if i == j}
-    begun = np.zeros((3, layout.rows, way.shape[1]))
+    begun = np.zeros((3, len(x), way.shape[1]))
     begun[0] = x[:, :1]
     term, product = np.empty_like(begun[0]), np.empty_like(way[0])
     for column, (i, j) in enumerate(pairs):
