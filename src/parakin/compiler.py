@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import functools
+import pickle
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from parakin.assembly import CLOSED, Configuration, assembled, close
 from parakin.atlas import beside
@@ -49,6 +52,8 @@ def compile(
     nearest to it, and its branch the one followed.
     machine_code: False runs on NumPy arrays; None takes machine code where heyoka is installed.
     parameters: overrides by name.
+    A solver can be pickled: it goes as what it was compiled from, and is compiled again where it
+    arrives, once a process.
     Raises InputError, AssemblyError, DrivenError.
     """
     if not isinstance(mechanism, Mechanism):
@@ -87,7 +92,24 @@ def compile(
     hidden = beside(plan, chosen, solved) if checks else []
     outputs = Outputs((*chosen, *hidden), derivatives, checks)
     code = has_machine_code() if machine_code is None else machine_code
-    return Solver(plan, outputs, len(chosen), machine_code=code)
+    recipe: dict[str, Any] = {
+        "mechanism": mechanism,
+        "driven": names,
+        "coordinates": coordinates,
+        "derivatives": derivatives,
+        "checks": checks,
+        "cut": tuple(cut),
+        "near": None if near is None else dict(near),
+        "machine_code": machine_code,
+    }
+    again = (_arrived, (pickle.dumps(recipe),))
+    return Solver(plan, outputs, len(chosen), machine_code=code, again=again)
+
+
+@functools.lru_cache(maxsize=16)
+def _arrived(recipe: bytes) -> Solver:
+    """A solver that was sent to this process, compiled the first time that it comes."""
+    return compile(**pickle.loads(recipe))
 
 
 def _near(

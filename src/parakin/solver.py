@@ -7,7 +7,7 @@ arrays; `solve` a motion, as a labelled Dataset; `stream` a motion of any length
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -75,7 +75,7 @@ class Tick(NamedTuple):
 
 
 class Solver:
-    """A compiled mechanism; made by `parakin.compile`.
+    """A compiled mechanism; made by `parakin.compile`, and sent to other processes by pickling.
 
     `driven`, `coordinates`: names, in the order of rows. `derivatives`: how many. `home`:
     position of every coordinate and cone angle at home, by name [m, rad]. `iterated`: coordinates
@@ -89,7 +89,9 @@ class Solver:
         reported: int,
         *,
         machine_code: bool,
+        again: tuple[Callable[[bytes], Solver], tuple[bytes]],
     ) -> None:
+        self._again = again
         self.graph = graph = plan.graph.plain
         self.plan = plan
         self.mechanism = graph.mechanism
@@ -108,6 +110,9 @@ class Solver:
         self._hidden = tuple(n for n in self.iterated if n not in self.coordinates)
         self._run = self._chart.run
         _ = self._chart.kernel  # compiled now and not at the first pose
+
+    def __reduce__(self) -> tuple[Callable[[bytes], Solver], tuple[bytes]]:
+        return self._again
 
     def _name(self, coordinate: int | str) -> str:
         if isinstance(coordinate, str):
@@ -523,17 +528,7 @@ class Solver:
         parallel: bool = False,
     ) -> Iterator[xr.Dataset]:
         """As `solve`, in windows of at most `size` samples, so that any length fits in memory."""
-        if self.derivatives < 2 or not self._outputs.checks:
-            raise InputError(
-                "solver", "one compiled without accelerations or checks", "a full one; or use `at`"
-            )
-        if set(motion.coordinates) != set(self.driven):
-            raise InputError(
-                f"motion {motion.name}",
-                f"coordinates {', '.join(motion.coordinates)}",
-                f"the driven coordinates {', '.join(self.driven)}",
-            )
-        motion = motion.reordered(self.driven)
+        motion = self._driving(motion)
         points = points_of(self.graph, bodies)
         course = Course(motion)
         track = Track(self._chart, course, self._home_state(), self._units, self._others)
@@ -553,6 +548,32 @@ class Solver:
             ds = dataset(self, motion, samples.time, out, status, list(points), figures, last)
             last = ds
             yield ds
+
+    def schema(self, motion: Motion | str, *, bodies: bool | Sequence[str] = False) -> xr.Dataset:
+        """What `solve` gives for a motion, with NaN for every value and nothing solved: its
+        variables, coordinates, types and attributes. Raises InputError, as `solve` does.
+        """
+        motion = self._driving(self.motion(motion) if isinstance(motion, str) else motion)
+        points, n = points_of(self.graph, bodies), motion.count
+        out = np.broadcast_to(np.nan, (self.told.count, n))
+        status = np.broadcast_to(np.int8(Status.NOT_REACHED), n)
+        figures = np.broadcast_to(np.nan, (POINT * len(points), n)) if points else None
+        time = motion.window(0, n).time
+        return dataset(self, motion, time, out, status, list(points), figures)
+
+    def _driving(self, motion: Motion) -> Motion:
+        """The motion, its rows in the order of the driven coordinates, if it can be solved."""
+        if self.derivatives < 2 or not self._outputs.checks:
+            raise InputError(
+                "solver", "one compiled without accelerations or checks", "a full one; or use `at`"
+            )
+        if set(motion.coordinates) != set(self.driven):
+            raise InputError(
+                f"motion {motion.name}",
+                f"coordinates {', '.join(motion.coordinates)}",
+                f"the driven coordinates {', '.join(self.driven)}",
+            )
+        return motion.reordered(self.driven)
 
     def _others(self, chart: Chart, at: Configuration) -> Iterator[Chart]:
         """Charts that may serve at a configuration where one does no more."""
