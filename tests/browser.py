@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from parakin.arrays import FloatArray
 from parakin.repertoire import Repertoire
 from parakin.session import Session
-from parakin.shapes import FloatArray
 from parakin.viewer import Viewer, serving
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")

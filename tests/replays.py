@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
+from parakin.arrays import ORDERS
 from parakin.motion import Motion, Samples
-from parakin.results import ORDERS
 
 
 def replayed(result: xr.Dataset, names: Sequence[str]) -> Motion:

@@ -17,9 +17,9 @@ import xarray as xr
 
 import parakin
 from parakin import Status, plots, tables
+from parakin.arrays import ORDERS
 from parakin.cli import main
 from parakin.files import catalogue
-from parakin.results import ORDERS
 
 SOLVE = ("solve", "flight-simulator", "general")
 # The platform is raised by 3 m, far beyond its legs, after 1 s at rest.

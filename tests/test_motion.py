@@ -15,9 +15,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
 
 from parakin import motion
+from parakin.arrays import FloatArray
 from parakin.errors import InputError
 from parakin.expressions import ANGLE, LENGTH, Parameters
-from parakin.motion import FloatArray, Law, Motion, from_laws
+from parakin.motion import Law, Motion, from_laws
 from parakin.motion_table import flatten, from_table
 from parakin.recorded import from_arrays
 from parakin.validation import input_error, validated

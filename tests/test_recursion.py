@@ -17,8 +17,8 @@ from jets import jet_functions
 from scipy.spatial.transform import Rotation
 
 import parakin
+from parakin.arrays import ORDERS
 from parakin.kernel import newton_unknowns, trace
-from parakin.results import ORDERS
 from parakin.rows import Outputs
 
 Compiled = Callable[..., parakin.Solver]

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from parakin import closure
+from parakin.arrays import FloatArray
 from parakin.assembly import (
     Configuration,
-    FloatArray,
     configure,
     coordinate_scales,
     freedoms,

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from parakin.arrays import FloatArray
 from parakin.dimensioning import Length, lengths
 from parakin.lettering import Label, placed
-from parakin.shapes import Bar, FloatArray
+from parakin.shapes import Bar
 from parakin.sheet import (
     FIXED,
     INK,

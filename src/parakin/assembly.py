@@ -12,16 +12,14 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from parakin import closure
+from parakin.arrays import FloatArray
 from parakin.closure import Row
 from parakin.errors import AssemblyError
 from parakin.graph import Graph, Tree
 from parakin.recursion import Circuits, Pose, Turn, pair_velocity, slide, step_pose, turn
 from parakin.spatial import ARRAYS, FLOATS, Scalar, Vector
-
-FloatArray = NDArray[np.float64]
 
 _NOTHING = 1e-14  # a home value this small is round-off of zero; exact zeros make shorter code
 CLOSED = 1e-12  # of the characteristic length

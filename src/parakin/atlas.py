@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from parakin.arrays import FloatArray
 from parakin.assembly import (
     Configuration,
     closure_system,
@@ -30,7 +31,7 @@ from parakin.motion import Samples
 from parakin.ordering import plan_of
 from parakin.plan import Plan
 from parakin.rows import Outputs
-from parakin.status import FloatArray, Layout, Triple, Watched
+from parakin.status import Layout, Triple, Watched
 
 _STEPS = 3  # Newton steps per run of a kernel: round-off from one or two hundredths away
 _LOOSE = 10.0  # over this: how firmly a home is held that is as good as any

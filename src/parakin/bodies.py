@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from parakin.arrays import FloatArray
 from parakin.errors import InputError, nearest
 from parakin.graph import Graph
 from parakin.machine import Kernel, make_kernel
@@ -14,7 +15,6 @@ from parakin.motion import Samples
 from parakin.plan import Plan
 from parakin.rows import Outputs
 from parakin.spatial import Vector
-from parakin.status import FloatArray
 
 Points = dict[str, tuple[int, Vector]]
 

@@ -12,11 +12,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from parakin import closure
-from parakin.assembly import FloatArray, circuits_at, configure, freedoms
+from parakin.arrays import BoolArray, FloatArray, IndexArray
+from parakin.assembly import circuits_at, configure, freedoms
 from parakin.graph import Graph
 from parakin.kernel import Equations, Lead, newton_unknowns, trace
 from parakin.plan import Block, Plan
@@ -222,7 +222,7 @@ def _either(block: Block, rng: np.random.Generator, n: int) -> FloatArray | None
     return signs
 
 
-def _open(plan: Plan, q: FloatArray) -> dict[int, NDArray[np.bool_]]:
+def _open(plan: Plan, q: FloatArray) -> dict[int, BoolArray]:
     """By cut joint, the configurations (columns of q) in which its loop is open."""
     circuits = circuits_at(plan.graph, plan.tree, q)
     found = {}
@@ -274,7 +274,7 @@ def _orientation(circuits: Circuits, n: int) -> FloatArray | None:
     return np.array(stacked).transpose(2, 0, 1)
 
 
-def _of(turned: FloatArray | None, chosen: NDArray[np.intp]) -> FloatArray | None:
+def _of(turned: FloatArray | None, chosen: IndexArray) -> FloatArray | None:
     return None if turned is None else turned[chosen]
 
 
@@ -292,7 +292,7 @@ def _tell(graph: Graph, turned: FloatArray, q: FloatArray) -> None:
             q[k, locked] = row
 
 
-def _only_folded(graph: Graph, plan: Plan, q: FloatArray, home: FloatArray) -> NDArray[np.bool_]:
+def _only_folded(graph: Graph, plan: Plan, q: FloatArray, home: FloatArray) -> BoolArray:
     """Where angles of the platform that never move differ from home's only by being told the other
     way round, so that it is a driven one that has moved: no assembly for the values driven.
     """
@@ -306,9 +306,9 @@ def _only_folded(graph: Graph, plan: Plan, q: FloatArray, home: FloatArray) -> N
     a, b, c = q[angles]
     other = np.array([a + np.pi, -b if sequence[0] == sequence[2] else np.pi - b, c + np.pi])
 
-    def as_home(told: FloatArray) -> NDArray[np.bool_]:
+    def as_home(told: FloatArray) -> BoolArray:
         away = np.remainder(told - home[angles, None] + np.pi, 2 * np.pi) - np.pi
-        rests: NDArray[np.bool_] = np.abs(away[~driven]).max(axis=0) < _SAME
+        rests: BoolArray = np.abs(away[~driven]).max(axis=0) < _SAME
         return rests
 
     return as_home(other) & ~as_home(q[angles])

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from parakin.arrays import FloatArray
 from parakin.curves import telling
 from parakin.repertoire import Take
-from parakin.shapes import FloatArray
 
 _BUCKETS = 120
 _ORDERS = (("position", ""), ("velocity", "/s"), ("acceleration", "/s²"))

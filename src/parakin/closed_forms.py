@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from parakin import closure
+from parakin.arrays import FloatArray
 from parakin.assembly import (
     Configuration,
-    FloatArray,
     configure,
     coordinate_scales,
     functional,

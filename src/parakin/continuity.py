@@ -10,10 +10,8 @@ is looked at more closely, down to `moment`.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from parakin.arrays import BoolArray, FloatArray
 
 POSITION = 0.02  # of the step: how far a displacement may be off
 VELOCITY = 0.08  # and the change of velocity, times the time between

@@ -13,7 +13,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from parakin.motion import FloatArray, Motion, Samples
+from parakin.arrays import FloatArray
+from parakin.motion import Motion, Samples
 
 _A_PERIOD = 16  # steps in the shortest time in which a law changes
 _A_MOTION = 64  # in the whole of it

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from parakin.results import ORDERS
-from parakin.shapes import FloatArray, IntArray
+from parakin.arrays import ORDERS, FloatArray, IntArray
 from parakin.sheet import STYLE
 from parakin.singularities import Closeness
 from parakin.status import Status

@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parakin.arrays import FloatArray
 from parakin.drawing import Drawing
 from parakin.errors import InputError
 from parakin.expressions import ANGLE, LENGTH, Parameters
 from parakin.graph import Graph, graph_of
 from parakin.mechanism import Mechanism
-from parakin.shapes import FloatArray
 
 _STEP = 1.0 / 64.0  # relative: by how much a parameter is changed to see which lengths follow
 _EQUAL = 1e-9

@@ -13,9 +13,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from parakin.arrays import FloatArray
 from parakin.graph import Graph
 from parakin.layout import NEAR, SLIDES, End, Layout, layout_of, point_of
-from parakin.shapes import Ball, Bar, Block, FloatArray, Form, Plate, outline, perpendicular, spread
+from parakin.shapes import Ball, Bar, Block, Form, Plate, outline, perpendicular, spread
 
 Part = Literal["base", "platform", "link", "cylinder", "piston", "joint"]
 COLOURS: Mapping[str, tuple[int, int, int]] = {

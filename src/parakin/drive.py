@@ -13,14 +13,14 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from parakin.arrays import BoolArray, FloatArray
 from parakin.compiler import compile as compile_mechanism
 from parakin.errors import InputError, ParakinError
 from parakin.freedom import freedom_at, outputs_of
 from parakin.mechanism import Mechanism
 from parakin.solver import Solver, Tick
-from parakin.status import FloatArray, Status
+from parakin.status import Status
 
 _SLIDE = 0.5  # of the characteristic length: how far slides are asked to go without limits
 _TILT = math.radians(45)  # how far the platform is
@@ -205,7 +205,7 @@ class Drive:
     def _scale(self, part: float) -> float:
         return part * max(1.0, self.solver.graph.length)
 
-    def _are_angles(self, names: Sequence[str]) -> NDArray[np.bool_]:
+    def _are_angles(self, names: Sequence[str]) -> BoolArray:
         graph = self.solver.graph
         return np.array([graph.coordinates[graph.index(n, "driven")].angle for n in names])
 
@@ -223,7 +223,7 @@ class Drive:
         words = "; ".join(f"{name} is at its limit" for name in held)
         return Stop(Status.LIMIT_EXCEEDED, words, frozenset(held.values()))
 
-    def _held(self, which: NDArray[np.bool_]) -> dict[str, int]:
+    def _held(self, which: BoolArray) -> dict[str, int]:
         """Some of the reported coordinates, and the numbers of their joints."""
         names = [self.solver.coordinates[k] for k in np.flatnonzero(which)]
         return {name: self.solver.graph.holder(name) for name in names}

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from parakin.arrays import FloatArray, IntArray
 from parakin.drawing import Drawing
 from parakin.errors import InputError
 from parakin.outputs import check_suffix, replacing
 from parakin.painting import Painter
 from parakin.plots import draw_histories
-from parakin.shapes import FloatArray, IntArray
 from parakin.status import Status
 
 if TYPE_CHECKING:

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 
 from parakin import closure
-from parakin.assembly import FloatArray, circuits_at, configure, coordinate_scales, freedoms
+from parakin.arrays import FloatArray
+from parakin.assembly import circuits_at, configure, coordinate_scales, freedoms
 from parakin.connectivity import jacobian
 from parakin.errors import InputError
 from parakin.graph import Graph

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parakin.arrays import FloatArray
 from parakin.assembly import assembled, configure
 from parakin.graph import Graph, GraphJoint, Placement
-from parakin.shapes import FloatArray
 
 SLIDES = ("prismatic", "cylindrical", "helical")
 NEAR = 1e-6  # of the mechanism's size: places that coincide

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parakin.shapes import FloatArray
+from parakin.arrays import FloatArray
 
 _EVERY = 3.0  # along a line: how densely it stands in the way
 _WAYS = 16

@@ -12,14 +12,12 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from parakin.arrays import FloatArray
 from parakin.kernel import newton_unknowns, trace
 from parakin.plan import Plan
 from parakin.rows import Outputs
 from parakin.spatial import ARRAYS, FLOATS, Functions, Scalar
-
-FloatArray = NDArray[np.float64]
 
 # inputs (n_in,) or (n_in, batch), outputs alike, and whether to use all cores on a batch
 Kernel = Callable[[FloatArray, FloatArray, bool], None]

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from parakin.assembly import Configuration, FloatArray, assembled, configure
+from parakin.arrays import FloatArray
+from parakin.assembly import Configuration, assembled, configure
 from parakin.foreign import about, inverse, not_installed, then, vector, xml_root
 from parakin.graph import Graph, GraphJoint, Placement
 from parakin.spatial import IDENTITY, ZERO, Matrix, Vector, apply, minus, times, transpose

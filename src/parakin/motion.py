@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from parakin.arrays import ORDERS, BoolArray, FloatArray
 from parakin.errors import InputError, nearest
 
-FloatArray = NDArray[np.float64]
 Law = Callable[[FloatArray], tuple[FloatArray, ...]]
 """Times (n,) [s] to position and its exact derivatives (n,): velocity, acceleration and jerk.
 
@@ -24,7 +24,6 @@ The jerk may be left out; then none can be asked of the mechanism.
 
 MAX_SAMPLES = 10**9
 BURST = 1 / 1000  # of a motion's duration: what a function of time does for longer is seen
-QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 SLACK = 1e-9  # relative; ends computed from decimal times miss each other by rounding
 
 
@@ -286,7 +285,7 @@ def quintic(t: FloatArray, x: FloatArray, place: str, ends: Any = None) -> Any:
     return make_interp_spline(t, x, k=5, bc_type=ends)
 
 
-def increasing(t: FloatArray, rows: FloatArray, place: str) -> NDArray[np.bool_]:
+def increasing(t: FloatArray, rows: FloatArray, place: str) -> BoolArray:
     """Which samples to keep: all but repeats. Refuses times that do not increase."""
     step = np.diff(t)
     repeats = (step == 0) & (rows[:, :, 1:] == rows[:, :, :-1]).all(axis=(0, 1))
@@ -321,7 +320,7 @@ def refuse_non_finite(
         raise InputError(f"{place}, time of sample {i}", f"{t[i]}", "a finite number")
     if not np.isfinite(rows).all():
         quantity, row, i = np.argwhere(~np.isfinite(rows))[0]
-        where = f"{place}, {QUANTITIES[quantity]} of {coordinates[row]!r}"
+        where = f"{place}, {ORDERS[quantity]} of {coordinates[row]!r}"
         found = f"{rows[quantity, row, i]} at t = {t[i]:.9g} s (sample {i})"
         raise InputError(where, found, "a finite number")
 

@@ -13,9 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parakin.arrays import ORDERS
 from parakin.errors import InputError, nearest, reason
 from parakin.expressions import TIME, Dimension, Parameters
-from parakin.motion import QUANTITIES, Motion
+from parakin.motion import Motion
 from parakin.recorded import from_arrays
 
 MAX_BYTES = 2 * 10**9
@@ -62,7 +63,7 @@ def read_motion_csv(
     headers = _cells(header, delimiter, f"{path}, header")
     columns = _columns(headers, dimensions, str(path))
     wanted = [columns["time", ""]]
-    quantities = [q for q in QUANTITIES if _complete(columns, q, dimensions, str(path))]
+    quantities = [q for q in ORDERS if _complete(columns, q, dimensions, str(path))]
     wanted += [columns[name, quantity] for quantity in quantities for name in dimensions]
 
     first = next(lines, None)
@@ -82,7 +83,7 @@ def read_motion_csv(
     table *= [column.factor for column in wanted]
     time, values = table[:, 0], table[:, 1:].T.reshape(len(quantities), len(dimensions), -1)
     given = dict(zip(quantities, values, strict=True))
-    rates = (given.get(quantity) for quantity in QUANTITIES[1:])
+    rates = (given.get(quantity) for quantity in ORDERS[1:])
     names = tuple(dimensions)
     try:
         return from_arrays(
@@ -139,12 +140,12 @@ def _columns(
 ) -> dict[tuple[str, str], _Column]:
     """The columns by coordinate and quantity, ("time", "") among them; others are left out."""
     columns: dict[tuple[str, str], _Column] = {}
-    known = ["time", *dimensions, *(f"{n}.{q}" for n in dimensions for q in QUANTITIES)]
+    known = ["time", *dimensions, *(f"{n}.{q}" for n in dimensions for q in ORDERS)]
     for index, header in enumerate(headers):
         match = _COLUMN.fullmatch(header)
         name, unit = match.groups() if match else (header, None)
         coordinate, _, quantity = name.rpartition(".")
-        if quantity not in QUANTITIES:
+        if quantity not in ORDERS:
             coordinate, quantity = name, "" if name == "time" else "position"
         where = f"{place}, column {index + 1}"
         if (coordinate, quantity) in columns:
@@ -153,7 +154,7 @@ def _columns(
         factor = 1.0
         if coordinate in dimensions or name == "time":
             length, time, angle = TIME if name == "time" else dimensions[coordinate]
-            order = 0 if name == "time" else QUANTITIES.index(quantity)
+            order = 0 if name == "time" else ORDERS.index(quantity)
             factor = _factor(unit, (length, time - order, angle), f"{where} {header!r}")
         elif not _RESULTS.fullmatch(name):
             raise InputError(where, f"{header!r}", nearest(name, known))

@@ -13,14 +13,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
 from parakin import closure, spatial
+from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.assembly import (
     Configuration,
-    FloatArray,
     as_turn,
     circuits_at,
     configure,
@@ -164,7 +163,6 @@ def _with_room(
 
 
 Members = tuple[list[int], list[int]]  # unknowns, rows
-BoolArray = NDArray[np.bool_]
 Analysed = tuple[Tree, list[Block], dict[Row, frozenset[int]]]
 
 
@@ -439,7 +437,7 @@ def _smallest(scaled: FloatArray, pattern: BoolArray, sets: BoolArray) -> Member
     return None
 
 
-def _independent(jacobian: FloatArray, counts: NDArray[np.intp]) -> list[int]:
+def _independent(jacobian: FloatArray, counts: IndexArray) -> list[int]:
     """Rows that span all, those with the fewest unknowns first, the largest of equals."""
     chosen: list[int] = []
     basis = np.zeros((0, jacobian.shape[1]))
@@ -460,7 +458,7 @@ def _independent(jacobian: FloatArray, counts: NDArray[np.intp]) -> list[int]:
     return chosen
 
 
-def _sorted(pattern: BoolArray, members: NDArray[np.intp], chosen: Sequence[int]) -> list[Members]:
+def _sorted(pattern: BoolArray, members: IndexArray, chosen: Sequence[int]) -> list[Members]:
     """One system's rows matched with its unknowns: its strongly connected components, in order."""
     square = pattern[np.array(chosen)][:, members]
     match = maximum_bipartite_matching(csr_array(square), perm_type="column")

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from parakin.arrays import FloatArray, IntArray
 from parakin.drawing import Drawing
-from parakin.shapes import Bar, FloatArray, Form, IntArray, Plate, mesh, perpendicular
+from parakin.shapes import Bar, Form, Plate, mesh, perpendicular
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

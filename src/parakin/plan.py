@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from parakin.assembly import FloatArray
+from parakin.arrays import FloatArray
 from parakin.closure import Row
 from parakin.graph import Graph, Tree
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from parakin.arrays import ORDERS
 from parakin.errors import InputError
 from parakin.outputs import check_suffix, replacing
-from parakin.results import ORDERS
 from parakin.status import Status
 
 if TYPE_CHECKING:

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from parakin.arrays import ORDERS, FloatArray
 from parakin.errors import InputError, nearest
 from parakin.motion import (
-    QUANTITIES,
     SLACK,
-    FloatArray,
     Motion,
     Samples,
     checked_array,
@@ -66,7 +65,7 @@ def from_arrays(
     given = [array for array in (position, velocity, acceleration, jerk) if array is not None]
     rows = np.empty((len(given), len(coordinates), len(t)))
     for order, array in enumerate(given):
-        rows[order] = checked_array(array, f"{place}, {QUANTITIES[order]}", rows.shape[1:])
+        rows[order] = checked_array(array, f"{place}, {ORDERS[order]}", rows.shape[1:])
     refuse_non_finite(t, rows, coordinates, place)
     kept = increasing(t, rows, place)
     t, rows = t[kept], rows[:, :, kept]
@@ -84,7 +83,7 @@ def from_arrays(
         for row, coordinate in enumerate(coordinates):
             checked = len(rows) if len(t) >= _JERKS else min(len(rows), 3)
             for order in range(1, checked):
-                where = f"{place}, {QUANTITIES[order]} of {coordinate!r}"
+                where = f"{place}, {ORDERS[order]} of {coordinate!r}"
                 _refuse_contradiction(t, rows[order - 1, row], rows[order, row], where)
     if not kept.all():
         derivatives += f"; repeated samples dropped: {np.sum(~kept)}"

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from parakin.arrays import FloatArray
 from parakin.compiler import compile as compile_mechanism
 from parakin.drawing import Drawing, drawing_of
 from parakin.drive import Drive, Stop
@@ -22,7 +23,7 @@ from parakin.files import catalogue, load, read_bytes
 from parakin.graph import Graph, graph_of, placement
 from parakin.mechanism import Mechanism
 from parakin.outputs import check_suffix
-from parakin.shapes import FloatArray, Mesh
+from parakin.shapes import Mesh
 from parakin.solver import Solver
 from parakin.status import SOLVED, Status
 

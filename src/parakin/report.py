@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from parakin.analysis import Mobility
-from parakin.assembly import FloatArray
+from parakin.arrays import FloatArray
 from parakin.branches import Search
 from parakin.graph import Graph
 from parakin.singularities import Closeness

@@ -7,8 +7,8 @@ from collections.abc import Hashable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from parakin.arrays import ORDERS, FloatArray, StatusArray
 from parakin.errors import NotSolvedError
 from parakin.rows import (
     ACCELERATION,
@@ -19,7 +19,7 @@ from parakin.rows import (
     POSITION,
     VELOCITY,
 )
-from parakin.status import FloatArray, Status, StatusArray
+from parakin.status import Status
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from parakin.solver import Solver
 
 _UNITS = ("m or rad", "m or rad s-1", "m or rad s-2", "m or rad s-3")
-ORDERS = ("position", "velocity", "acceleration", "jerk")
 
 
 def dataset(
@@ -148,7 +147,7 @@ def _bodies(figures: FloatArray, points: int, n: int, last: FloatArray | None) -
     }
 
 
-def quaternions(rows: FloatArray, last: FloatArray | None) -> NDArray[np.float64]:
+def quaternions(rows: FloatArray, last: FloatArray | None) -> FloatArray:
     """Rotation matrices (points, 9, n) as quaternions wxyz (n, points, 4) without sign jumps,
     nor from the `last` ones of the window before.
     """

@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from parakin.arrays import IndexArray
 from parakin.spatial import Vector
 
-Places = TypeVar("Places", int, NDArray[np.intp])
+Places = TypeVar("Places", int, IndexArray)
 
 POINT = 24  # rows for each point, as follows
 POSITION = slice(0, 3)  # p_WB [m]

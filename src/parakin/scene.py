@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from parakin.arrays import FloatArray
 from parakin.drawing import COLOURS, Drawing
-from parakin.shapes import Bar, FloatArray, Mesh, joined, mesh
+from parakin.shapes import Bar, Mesh, joined, mesh
 
 _ROOT = "/mechanism"  # bodies are below it, and what no body can be called, by a dot
 _ROD = (150, 158, 168)

@@ -16,12 +16,13 @@ import numpy as np
 
 from parakin import symbols
 from parakin.annotation import annotate
+from parakin.arrays import FloatArray
 from parakin.dimensioning import parameters
 from parakin.drawing import Drawing, Piece, drawing_of
 from parakin.layout import SLIDES
 from parakin.lettering import Label, width_of
 from parakin.outputs import check_suffix, replacing
-from parakin.shapes import Bar, Block, FloatArray, Plate
+from parakin.shapes import Bar, Block, Plate
 from parakin.sheet import (
     DRIVEN,
     FIXED,

@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from parakin.arrays import FloatArray
 from parakin.captions import Standing, plain, words
 from parakin.charts import Charts
 from parakin.errors import ParakinError
 from parakin.repertoire import Repertoire, Shown, Take
 from parakin.scene import Scene
-from parakin.shapes import FloatArray
 from parakin.steering import Steering
 
 _RATE = 60.0  # poses a second

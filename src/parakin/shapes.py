@@ -10,10 +10,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from parakin.arrays import FloatArray, IntArray
 
 _SIDES = 20
 _SAME = 1e-9  # of their distance from the origin: points that coincide

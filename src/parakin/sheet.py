@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from parakin.arrays import FloatArray
 from parakin.drawing import Drawing, Piece
 from parakin.lettering import Label, Obstacles
-from parakin.shapes import Ball, Bar, Block, FloatArray, Plate
+from parakin.shapes import Ball, Bar, Block, Plate
 from parakin.symbols import Sight, Stroke
 
 if TYPE_CHECKING:

@@ -19,9 +19,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from parakin.assembly import FloatArray, coordinate_scales
+from parakin.arrays import BoolArray, FloatArray
+from parakin.assembly import coordinate_scales
 from parakin.course import hermite
 from parakin.errors import InputError
 from parakin.freedom import LOST, RANK, Kind, Sets, freed, freedom, idling, sets_of, whole_values
@@ -106,9 +106,7 @@ def closeness(solver: Solver, result: xr.Dataset, motion: Motion | None = None) 
     return Closeness(time, type1, type2, passive, whole, tuple(crossings))
 
 
-def _same_poses(
-    solver: Solver, result: xr.Dataset, good: NDArray[np.bool_], q: FloatArray
-) -> NDArray[np.bool_]:
+def _same_poses(solver: Solver, result: xr.Dataset, good: BoolArray, q: FloatArray) -> BoolArray:
     """Which samples the solver's own plan finds where they are: others were solved by another
     chart, of which nothing is known here.
     """
@@ -121,7 +119,7 @@ def _same_poses(
     angles = np.array([graph.coordinates[k].angle for k in numbers])
     off[angles] = np.remainder(off[angles] + np.pi, 2 * np.pi) - np.pi
     undefined = np.isnan(told)
-    same: NDArray[np.bool_] = (undefined | (np.abs(off) < _SAME_POSE)).all(axis=0)
+    same: BoolArray = (undefined | (np.abs(off) < _SAME_POSE)).all(axis=0)
     return same
 
 

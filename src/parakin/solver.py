@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from parakin import closure
+from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
 from parakin.assembly import Configuration, circuits_at, configure, coordinate_scales
 from parakin.atlas import Chart
 from parakin.bodies import Points, points_of
@@ -38,9 +39,7 @@ from parakin.status import (
     SINGULAR,
     SOLVED,
     TURNS,
-    FloatArray,
     Status,
-    StatusArray,
     blank_undefined,
     classify,
 )
@@ -360,17 +359,17 @@ class Solver:
                 return False
         return _tame(guess, start.found) if self._hidden else _tame(guess)
 
-    def _sound(self, start: _Start) -> NDArray[np.bool_]:
+    def _sound(self, start: _Start) -> BoolArray:
         """Which columns of a guess are numbers, and have not lost the digits of their turns."""
         guess, found = (a if a.ndim == 2 else a[:, None] for a in start)
         numbers = np.concatenate([guess, found])
         angles = np.abs(guess[self._told_angles])
-        sound: NDArray[np.bool_] = np.isfinite(numbers).all(axis=0)
+        sound: BoolArray = np.isfinite(numbers).all(axis=0)
         return sound & (angles < 2 * np.pi * TURNS).all(axis=0)
 
     @cached_property
-    def _told_angles(self) -> NDArray[np.intp]:
-        rows: NDArray[np.intp] = self.layout.angles[self.layout.angles < self.layout.reported]
+    def _told_angles(self) -> IndexArray:
+        rows: IndexArray = self.layout.angles[self.layout.angles < self.layout.reported]
         return rows
 
     @cached_property
@@ -617,7 +616,7 @@ class Solver:
             status[outside & np.isin(status, SOLVED)] = Status.LIMIT_EXCEEDED
 
     @cached_property
-    def _limited(self) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
+    def _limited(self) -> tuple[IndexArray, FloatArray, FloatArray]:
         """Rows of coordinates that have a limit, and the limits, a column each."""
         limits = np.array([self.graph.limits(name) for name in self.coordinates]).reshape(-1, 2)
         rows = np.flatnonzero(np.isfinite(limits).any(axis=1))

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-Scalar = Any  # float | NDArray[np.float64] | heyoka.expression: whatever + - * / works on
+Scalar = Any  # float | FloatArray | heyoka.expression: whatever + - * / works on
 Vector = tuple[Scalar, Scalar, Scalar]
 Matrix = tuple[Vector, Vector, Vector]
 

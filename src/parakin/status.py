@@ -7,12 +7,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
 from parakin.rows import Outputs
-
-FloatArray = NDArray[np.float64]
-StatusArray = NDArray[np.int8]
 
 RESIDUAL = 1e-12  # of what is subtracted where loops close: what counts as closed
 LOCKED = 1e-8  # cosine of the second of three angles below which the first and last are not told
@@ -49,7 +46,7 @@ class Triple(NamedTuple):
     its cosine, or where first and last axis are the same its sine, whether they are defined.
     """
 
-    rows: NDArray[np.intp]
+    rows: IndexArray
     second: int
     same: bool
 
@@ -68,10 +65,10 @@ class Layout:
 
     outputs: Outputs
     reported: int
-    found: NDArray[np.intp]
-    unknowns: NDArray[np.intp]
+    found: IndexArray
+    unknowns: IndexArray
     units: FloatArray
-    angles: NDArray[np.intp]
+    angles: IndexArray
     unsigned: bool
     triples: tuple[Triple, ...]
     watched: Watched
@@ -82,17 +79,17 @@ class Watched(NamedTuple):
     for full turns (the rest are read off), and home's values of these, about which they are told.
     """
 
-    rows: NDArray[np.intp]
+    rows: IndexArray
     units: FloatArray
-    solved: NDArray[np.bool_]
-    turning: NDArray[np.bool_]
+    solved: BoolArray
+    turning: BoolArray
     centres: FloatArray
 
 
-def converged(out: FloatArray, layout: Layout) -> NDArray[np.bool_]:
+def converged(out: FloatArray, layout: Layout) -> BoolArray:
     """Which samples are closed and well conditioned."""
     closed = out[layout.outputs.residual] <= RESIDUAL * out[layout.outputs.size]
-    good: NDArray[np.bool_] = closed & (out[layout.outputs.conditioning] >= SINGULAR)
+    good: BoolArray = closed & (out[layout.outputs.conditioning] >= SINGULAR)
     return good
 
 
@@ -111,7 +108,7 @@ def classify(out: FloatArray, layout: Layout) -> StatusArray:
     return status
 
 
-def blank_undefined(out: FloatArray, layout: Layout) -> NDArray[np.bool_]:
+def blank_undefined(out: FloatArray, layout: Layout) -> BoolArray:
     """Make angles NaN where they are not defined, with their rates. Returns which samples (n,)."""
     found = np.zeros(out.shape[1], dtype=bool)
     for rows, second, same in layout.triples:

@@ -9,11 +9,11 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, Protocol
 
+from parakin.arrays import FloatArray
 from parakin.captions import HOME, Standing, branch_words, plain, unit_of
 from parakin.drive import Drive, Stop, choices, driven_by
 from parakin.errors import ParakinError
 from parakin.repertoire import Shown
-from parakin.shapes import FloatArray
 
 _ELSEWHERE = "as it stood"  # a branch that no search has named
 

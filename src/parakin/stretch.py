@@ -9,12 +9,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.atlas import Chart
 from parakin.continuity import (
     ASIDE,
-    BoolArray,
     counted_on,
     follows,
     moment,
@@ -23,7 +22,7 @@ from parakin.continuity import (
 )
 from parakin.course import Course, hermite
 from parakin.motion import Samples
-from parakin.status import FloatArray, Status, converged
+from parakin.status import Status, converged
 from parakin.walking import iterate
 
 _HALVED = 32  # steps halved at once, counted from the first that does not hold
@@ -45,7 +44,7 @@ class Nodes(NamedTuple):
     out: FloatArray
     step: FloatArray
 
-    def part(self, chosen: NDArray[np.intp] | slice) -> Nodes:
+    def part(self, chosen: IndexArray | slice) -> Nodes:
         return Nodes(*(array[..., chosen] for array in self))
 
 
@@ -147,7 +146,7 @@ class Stretch:
             places = places[h[places] > moment(time)]
             nodes = self.with_middles(nodes, places)
 
-    def with_middles(self, nodes: Nodes, places: NDArray[np.intp]) -> Nodes:
+    def with_middles(self, nodes: Nodes, places: IndexArray) -> Nodes:
         """With a moment in the middle of each of these intervals, where it can be solved."""
         time = 0.5 * (nodes.time[places] + nodes.time[places + 1])
         guess = np.empty((0, len(time)))
@@ -278,7 +277,7 @@ class Stretch:
         return out, None
 
     def _plain(
-        self, nodes: Nodes, time: FloatArray, out: FloatArray, left: NDArray[np.intp]
+        self, nodes: Nodes, time: FloatArray, out: FloatArray, left: IndexArray
     ) -> BoolArray:
         """Samples that can be nowhere else: a closed form keeps to its root between moments where
         it does, unless its figure has been near zero, and no angle comes to where it wraps.
@@ -304,7 +303,7 @@ class Stretch:
         before: FloatArray,
         pace: FloatArray,
         out: FloatArray,
-        chosen: NDArray[np.intp],
+        chosen: IndexArray,
     ) -> BoolArray:
         """Which of these samples follow from the moment before them; their angles count on."""
         found = out[:, chosen]

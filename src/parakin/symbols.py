@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parakin.shapes import FloatArray, perpendicular
+from parakin.arrays import FloatArray
+from parakin.shapes import perpendicular
 
 TURN = np.linspace(0, 2 * np.pi, 49)
 _HALF = np.linspace(0, np.pi, 25)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
+from parakin.arrays import ORDERS
 from parakin.outputs import check_suffix, replacing
-from parakin.results import ORDERS
 
 if TYPE_CHECKING:
     import pandas as pd

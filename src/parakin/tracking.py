@@ -13,11 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parakin.arrays import FloatArray, StatusArray
 from parakin.assembly import Configuration
 from parakin.atlas import Chart
 from parakin.course import Course
 from parakin.motion import Samples
-from parakin.status import FloatArray, Status, StatusArray, classify
+from parakin.status import Status, classify
 from parakin.stretch import Ending, Nodes, Stretch, joined
 from parakin.walking import FIRM, State, taken_over, walk
 

@@ -5,18 +5,16 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
 from parakin.assembly import Configuration
 from parakin.atlas import Chart
 from parakin.continuity import ASIDE, follows, stays_clear
 from parakin.kernel import newton_unknowns
 from parakin.status import (
     RESIDUAL,
-    FloatArray,
     Layout,
     Status,
-    StatusArray,
     classify,
     converged,
 )
@@ -70,13 +68,13 @@ def iterate(
     return out
 
 
-def _hopeful(out: FloatArray, layout: Layout) -> NDArray[np.bool_]:
+def _hopeful(out: FloatArray, layout: Layout) -> BoolArray:
     """Whether another step may help: the iteration is finite, and it moves while what follows
     from it is still out of reach.
     """
     finite = np.isfinite(out[layout.found[0]]).all(axis=0)
     settled = np.isnan(out[layout.outputs.residual]) & ~(out[layout.outputs.step] > 1e-10)
-    hopeful: NDArray[np.bool_] = finite & ~settled
+    hopeful: BoolArray = finite & ~settled
     return hopeful
 
 
@@ -129,7 +127,7 @@ def _walked(
     driven = np.zeros((len(layout.found), k, n))
     driven[1] = way
 
-    def at(part: FloatArray, guess: FloatArray, chosen: NDArray[np.intp]) -> FloatArray:
+    def at(part: FloatArray, guess: FloatArray, chosen: IndexArray) -> FloatArray:
         columns = driven if chosen is everywhere else driven[:, :, chosen]
         np.multiply(columns[1], part, out=columns[0])
         columns[0] += start

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from parakin.assembly import FloatArray
+from parakin.arrays import FloatArray
 from parakin.graph import Graph
 from parakin.recursion import Turn, turn
 from parakin.spatial import ARRAYS, IDENTITY, Vector, column, turned

@@ -1,0 +1,14 @@
+"""Types of arrays and what their rows are called, shared by all."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+IndexArray = NDArray[np.intp]
+StatusArray = NDArray[np.int8]
+
+ORDERS = ("position", "velocity", "acceleration", "jerk")
