@@ -293,14 +293,14 @@ def _undefined(layout: Layout, name: str) -> tuple[str, str]:
     found = ""
     for rows, second, same in layout.triples:
         function = "sin" if same else "cos"
-        found += (
-            f"    if (fabs({function}(out[{second}])) < {LOCKED!r}) {{\n        undefined = 1;\n"
-        )
-        for row in rows.tolist():
-            found += f"        out[{row}] = state->position[{row}];\n"
-            velocity, acceleration = (layout.outputs.derivative(row, order) for order in (1, 2))
-            found += f"        out[{velocity}] = out[{acceleration}] = 0.0;\n"
-        found += "    }\n"
+        for order, level in enumerate(LOCKED[:3]):
+            found += (
+                f"    if (fabs({function}(out[{second}])) < {level!r}) {{\n        undefined = 1;\n"
+            )
+            for row in rows.tolist():
+                kept = f"state->position[{row}]" if order == 0 else "0.0"
+                found += f"        out[{layout.outputs.derivative(row, order)}] = {kept};\n"
+            found += "    }\n"
     if not found:
         return "", ""
     said = f"\n    if (undefined)\n        return {name.upper()}_ANGLES_UNDEFINED;"

@@ -44,12 +44,21 @@ from parakin.status import (
     classify,
 )
 from parakin.tracking import Piece, Track
-from parakin.walking import CLOSED, FIRM, State, iterate, taken_over, walk
+from parakin.walking import (
+    CLOSED,
+    FIRM,
+    State,
+    conditioning_beside,
+    iterate,
+    taken_over,
+    walk,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _BESIDE = 1e-3  # rad: how near to where angles lock no iteration begins
+_NO_NUMBER = Status.OUT_OF_REACH  # what becomes of poses asked for by what is no number
 _WILD = 1e100  # numbers beyond this may overflow on the way to accelerations
 
 
@@ -189,7 +198,10 @@ class Solver:
         """A status for each column, and NaN where it is one of failure."""
         rows, columns = self._outputs, out[:, None] if out.ndim == 1 else out
         numbers = columns[rows.motion]
-        found = None
+        found, told = None, np.ones(columns.shape[1], dtype=bool)
+        if not plain:
+            told &= np.isfinite(inputs.reshape(len(inputs), -1)).all(axis=0)
+            told &= True if start is None else self._sound(start)
         if self._outputs.checks:
             status = classify(columns, self.layout)
             singular = bool(status.any()) and bool((status == Status.SINGULAR).any())
@@ -197,26 +209,24 @@ class Solver:
                 found = columns[self.layout.found[0]]  # before angles that lock become NaN
             if not isinstance(walked, int) or walked:
                 status = np.where(walked, walked, status).astype(np.int8)
+            status[np.isin(status, (Status.CONVERGED, Status.SINGULAR)) & ~told] = _NO_NUMBER
             if singular:
                 self._exchanged(columns, inputs, status)
         else:
-            status = np.zeros(columns.shape[1], dtype=np.int8)
+            status = np.where(told, 0, _NO_NUMBER).astype(np.int8)
             if np.isnan(numbers.sum()):
                 status[np.isnan(numbers).any(axis=0)] = Status.OUT_OF_REACH
         if within is not None and start is not None and self._iterated:
             begun = start.found if start.found.ndim == 2 else start.found[:, None]
-            near = np.abs(columns[self.layout.found[0]] - begun).max(axis=0) <= within
-            status[(status == Status.CONVERGED) & ~near] = Status.BRANCH_CHANGE
+            ended = columns[self.layout.found[0]] if found is None else found
+            near = np.abs(ended - begun).max(axis=0) <= within
+            status[np.isin(status, SOLVED) & ~near] = Status.BRANCH_CHANGE
         if self._outputs.checks and self.layout.triples:
             undefined = blank_undefined(columns, self.layout)
             status[undefined & (status == Status.CONVERGED)] = Status.ANGLES_UNDEFINED
-        if not plain:
-            told = np.isfinite(inputs.reshape(len(inputs), -1)).all(axis=0)
-            if start is not None:
-                told = told & self._sound(start)
-            cones = self._cone_rows
-            told = told & np.isfinite(np.delete(numbers, cones, axis=0)).all(axis=0)
-            status[(status == Status.CONVERGED) & ~told] = Status.OUT_OF_REACH
+        if not plain or not self._outputs.checks:
+            finite = np.isfinite(np.delete(numbers, self._cone_rows, axis=0)).all(axis=0)
+            status[(status == Status.CONVERGED) & ~finite] = Status.OUT_OF_REACH
         if status.any():
             numbers[:, ~np.isin(status, SOLVED)] = np.nan
         verdict: int | StatusArray = int(status[0]) if out.ndim == 1 else status
@@ -238,13 +248,20 @@ class Solver:
         for column in np.flatnonzero(status == Status.SINGULAR).tolist():
             here = driven[:, :, [column]]
             at = chart.configuration(here[0, :, 0], out[:, column])
-            if not (np.isfinite(at.q).all() and chart.firm(at) > FIRM):
+            firm = chart.firm(at) if np.isfinite(at.q).all() else 0.0
+            if not firm > FIRM:
                 continue
             for other in self._others(chart, at):
                 found = taken_over(other, here, at)
-                if found is not None:
+                if found is None:
+                    continue
+                beside = conditioning_beside(chart, other, here, found, self._units)
+                if beside > 0.0:
+                    found[other.outputs.conditioning] = min(1.0, firm)
                     status[column] = self._transferred(out, column, other, found)
-                    break
+                elif beside < 0.0:
+                    status[column] = Status.BRANCH_CHANGE
+                break
 
     def _transferred(self, out: FloatArray, column: int, chart: Chart, found: FloatArray) -> Status:
         """Write what another chart found, angles by full turns nearest to what stands there."""
@@ -253,7 +270,7 @@ class Solver:
         before = out[self._reported_angles, column]
         for order, rows in enumerate(self._told_rows[: 1 + self.derivatives]):
             out[rows, column] = told[self.told.order(order)]
-        out[self._outputs.figures, column] = told[self.told.figures]
+        out[self._outputs.figures, column] = found[chart.outputs.figures, 0]
         turns = np.round((before - out[self._reported_angles, column]) / (2 * np.pi))
         out[self._reported_angles, column] += 2 * np.pi * turns
         return Status.ANGLES_UNDEFINED if undefined else Status.CONVERGED

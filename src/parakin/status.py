@@ -12,7 +12,9 @@ from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
 from parakin.rows import Outputs
 
 RESIDUAL = 1e-12  # of what is subtracted where loops close: what counts as closed
-LOCKED = 1e-8  # cosine of the second of three angles below which the first and last are not told
+# Cosines of the second of three angles below which the first and last are not told, nor their
+# first, second and third derivatives, each of which magnifies rounding once more.
+LOCKED = (1e-8, 1e-5, 3e-4, 2e-3)
 _UPRIGHT = 1.5  # rad: within that of zero no cosine is small
 TURNS = 1e6  # of an angle: beyond, it is known to less than 1e-9 rad
 SINGULAR = 1e-6  # conditioning below this leaves no digits to trust in accelerations
@@ -116,9 +118,9 @@ def blank_undefined(out: FloatArray, layout: Layout) -> BoolArray:
             continue
         with np.errstate(invalid="ignore"):
             told = np.sin(out[second]) if same else np.cos(out[second])
-        undefined = np.abs(told) < LOCKED
-        if undefined.any():
-            found |= undefined
-            for order in range(len(layout.found)):
+        for order in range(len(layout.found)):
+            undefined = np.abs(told) < LOCKED[order]
+            if undefined.any():
+                found |= undefined
                 out[np.ix_(layout.outputs.derivative(rows, order), undefined)] = np.nan
     return found

@@ -31,7 +31,8 @@ _PARTS = 50_000  # moments; what needs more of them for a few hundred steps is t
 _BLOCK = 256  # samples held to the rule at once, so that what is worked out stays in the cache
 _SWING = 2.0  # times the velocity at a moment: the most an angle turns until the next
 _MARGIN = 0.1  # rad from where an angle wraps
-_BLOWN = 5.0  # times what they were a hundred moments before: velocities at an end of reach
+_BLOWN = 5.0  # times what they were `BEFORE` moments ago: velocities at an end of reach
+BEFORE = 100
 
 
 class Nodes(NamedTuple):
@@ -82,8 +83,8 @@ class Stretch:
         return self.chart.run(inputs, parallel=parallel)
 
     def walked(self, head: Nodes, ends: FloatArray) -> tuple[Nodes, Ending | None]:
-        """On from one moment to the ends of steps, or as far as it goes; with that moment."""
-        steps = np.diff(ends, prepend=head.time)
+        """With some moments, on from the last to the ends of steps, or as far as it goes."""
+        steps = np.diff(ends, prepend=head.time[-1:])
         if len(self._layout.found[0]):
             return self._stepped(head, ends, steps)
         ahead = self.evaluated(ends, steps, np.empty((0, len(ends))))
@@ -106,7 +107,7 @@ class Stretch:
         self, head: Nodes, ends: FloatArray, steps: FloatArray
     ) -> tuple[Nodes, Ending | None]:
         """Where a guess is needed: moment by moment, each foretold by the one before."""
-        found = [head]
+        found = [head.part(slice(0, -1)), head.part(slice(-1, None))]
         pending = list(zip(ends.tolist(), steps.tolist(), strict=True))[::-1]
         while pending:
             time, step = pending[-1]
@@ -121,7 +122,9 @@ class Stretch:
             if smooth[0] and (read[0] or h <= _READ * step):
                 found.append(pair.part(slice(1, None)))
                 pending.pop()
-            elif (narrow and not smooth[0]) or len(found) > _PARTS:
+            elif len(found) > _PARTS:
+                return joined(*found), Ending(float(here.time[0]), Status.NOT_SMOOTH)
+            elif narrow and not smooth[0]:
                 walked = joined(*found)
                 return walked, self.ending_of(walked, pair)
             else:
@@ -139,8 +142,10 @@ class Stretch:
                 return nodes, None
             first = int(np.argmax(open_))
             time = float(nodes.time[first + 1])
-            if (not smooth[first] and h[first] <= moment(time)) or len(nodes.time) > _PARTS:
-                walked = nodes.part(slice(0, first + 1))
+            walked = nodes.part(slice(0, first + 1))
+            if len(nodes.time) > _PARTS:
+                return walked, Ending(float(walked.time[-1]), Status.NOT_SMOOTH)
+            if not smooth[first] and h[first] <= moment(time):
                 return walked, self.ending_of(walked, nodes.part(slice(first, first + 2)))
             places = first + np.flatnonzero(open_[first : first + _HALVED])
             places = places[h[places] > moment(time)]
@@ -184,11 +189,11 @@ class Stretch:
         orders, watched = self._orders_of(nodes.out), self._watched
         before, after = orders[:, :, :-1], orders[:, :, 1:]
         pace, digits = self._pace(nodes), self._digits(nodes.out)[1:]
-        driven = nodes.driven[:3, :, :-1], nodes.driven[:3, :, 1:]
+        driven, bulk = (nodes.driven[:3, :, :-1], nodes.driven[:3, :, 1:]), self._bulk(nodes)[1:]
         with np.errstate(all="ignore"):
             good = converged(nodes.out, self._layout)
-            smooth = follows(h, before, after, pace, watched.units, digits)
-            smooth_driven = follows(h, *driven, pace, self._units, np.ones(1)).all(axis=0)
+            smooth = follows(h, before, after, pace, watched.units, digits, bulk)
+            smooth_driven = follows(h, *driven, pace, self._units, np.ones(1), bulk).all(axis=0)
         solved = np.logical_and.reduce(smooth[watched.solved])
         solved &= smooth_driven & good[1:] & good[:-1]
         return self._clear(nodes, solved), np.logical_and.reduce(smooth)
@@ -223,6 +228,11 @@ class Stretch:
         scaled = nodes.driven[:3] / self._units[:, None]
         return pace_of(scaled[:, :, :-1], scaled[:, :, 1:], nodes.step[1:])
 
+    def _bulk(self, nodes: Nodes) -> FloatArray:
+        """How large the driven coordinates are, in units (n,)."""
+        bulk: FloatArray = np.abs(nodes.driven[0] / self._units[:, None]).max(axis=0, initial=0.0)
+        return bulk
+
     def _digits(self, out: FloatArray) -> FloatArray:
         """Conditioning, as far as digits are concerned."""
         figure: FloatArray = self.chart.grip * out[self._layout.outputs.conditioning]
@@ -234,13 +244,12 @@ class Stretch:
         driven = pair.driven[:3]
         h = np.diff(pair.time)
         pace = self._pace(pair)
-        if not follows(h, driven[..., :1], driven[..., 1:], pace, self._units, np.ones(1)).all():
-            return Ending(time, Status.NOT_SMOOTH)
-        if len(walked.time) > _PARTS:
+        ends, bulk = (driven[..., :1], driven[..., 1:]), self._bulk(pair)[1:]
+        if not follows(h, *ends, pace, self._units, np.ones(1), bulk).all():
             return Ending(time, Status.NOT_SMOOTH)
         if np.isnan(pair.out[self._layout.outputs.residual, 1]):
             return Ending(time, Status.OUT_OF_REACH)
-        earlier = int(np.searchsorted(walked.time, time - 100 * moment(time), side="right")) - 1
+        earlier = int(np.searchsorted(walked.time, time - BEFORE * moment(time), side="right")) - 1
         rates = self._orders_of(walked.out)[1, self._watched.solved]
         velocity = np.abs(rates).max(axis=0, initial=0.0)
         blown = velocity[-1] > _BLOWN * velocity[max(earlier, 0)]
@@ -267,11 +276,14 @@ class Stretch:
         if not len(doubtful):
             return out, None
         orders, pace = self._orders_of(nodes.out), np.append(self._pace(nodes), 0.0)
+        bulk = self._bulk(nodes)
         for start in range(0, len(doubtful), _BLOCK):
             chosen = doubtful[start : start + _BLOCK]
             place = left[chosen]
             h = time[chosen] - nodes.time[place]
-            fits = good[chosen] & self._fits(h, orders[:, :, place], pace[place], out, chosen)
+            fits = good[chosen] & self._fits(
+                h, orders[:, :, place], pace[place], bulk[place], out, chosen
+            )
             if not fits.all():
                 return out, float(time[chosen[int(np.argmin(fits))]])
         return out, None
@@ -302,6 +314,7 @@ class Stretch:
         h: FloatArray,
         before: FloatArray,
         pace: FloatArray,
+        bulk: FloatArray,
         out: FloatArray,
         chosen: IndexArray,
     ) -> BoolArray:
@@ -314,7 +327,8 @@ class Stretch:
             after[0] += 2 * np.pi * np.nan_to_num(turns)
             out[np.ix_(watched.rows, chosen)] = after[0]
         with np.errstate(invalid="ignore"):
-            smooth = follows(h, before, after, pace, watched.units, self._digits(found))
+            digits = self._digits(found)
+            smooth = follows(h, before, after, pace, watched.units, digits, bulk)
         fits: BoolArray = np.logical_and.reduce(smooth[watched.solved])
         return fits
 

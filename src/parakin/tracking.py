@@ -16,10 +16,11 @@ import numpy as np
 from parakin.arrays import FloatArray, StatusArray
 from parakin.assembly import Configuration
 from parakin.atlas import Chart
+from parakin.continuity import moment
 from parakin.course import Course
 from parakin.motion import Samples
 from parakin.status import Status, classify
-from parakin.stretch import Ending, Nodes, Stretch, joined
+from parakin.stretch import BEFORE, Ending, Nodes, Stretch, joined
 from parakin.walking import FIRM, State, taken_over, walk
 
 _AT_ONCE = 512  # steps of the motion's own that are looked at together
@@ -104,16 +105,17 @@ class Track:
         while self._ending is None and self._walks[-1][1].time[-1] < until:
             stretch, nodes = self._walks[-1]
             ends = self._course.steps(float(nodes.time[-1]), until, _AT_ONCE)
-            found, ending = stretch.walked(nodes.part(slice(-1, None)), ends)
-            nodes = joined(nodes, found.part(slice(1, None)))
+            last = float(nodes.time[-1])
+            head = nodes.part(slice(_place_before(nodes, last), None))
+            found, ending = stretch.walked(head, ends)
+            nodes = joined(nodes, found.part(slice(len(head.time), None)))
             self._walks[-1] = (stretch, nodes)
             if ending and not self._changed_chart(ending):
                 self._ending = ending
         while len(self._walks) > 1 and self._walks[0][1].time[-1] < first:
             self._walks.pop(0)
         stretch, nodes = self._walks[0]
-        kept = max(int(np.searchsorted(nodes.time, first, side="right")) - 1, 0)
-        self._walks[0] = (stretch, nodes.part(slice(kept, None)))
+        self._walks[0] = (stretch, nodes.part(slice(_place_before(nodes, first), None)))
 
     def _enter(self, until: float) -> None:
         """From home to where the motion begins; where no guess is needed, on at once."""
@@ -169,3 +171,9 @@ class Track:
         if out is None:
             return None
         return Stretch(chart, self._course, self._units), head._replace(out=out)
+
+
+def _place_before(nodes: Nodes, time: float) -> int:
+    """The first of the moments by which an ending at this time would be judged."""
+    since = time - BEFORE * moment(time)
+    return max(int(np.searchsorted(nodes.time, since, side="right")) - 1, 0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,8 @@ _SHORT = 1e-4  # of a unit: a way no longer than this is all but none
 FIRM = 1e-3  # of what it is at home: how firmly loops hold a pose that is not singular
 _SERVES = 0.3  # figure that a chart must have where it takes over
 _SAME = 1e-9  # radians and characteristic lengths between a pose on one chart and on the next
+_TO_THE_SIDE = 1e-3  # of a unit
+_TOLD = 1e-12  # conditioning below this has no sign
 _ATTEMPTS = 500  # steps of all sizes on one way before giving up
 
 
@@ -82,14 +85,44 @@ def taken_over(chart: Chart, driven: FloatArray, before: Configuration) -> Float
     """Outputs (rows, 1) on this chart of a pose found on another one, if it serves there and the
     mechanism stands the same. driven (orders, k, 1).
     """
-    plan, layout = chart.plan, chart.layout
-    q = chart.coordinates_at(before)
+    out = _standing_at(chart, driven, before)
+    serves = converged(out, chart.layout)[0] and out[chart.outputs.conditioning, 0] > _SERVES
+    return out if serves and _same(chart, driven, out, before) else None
+
+
+def conditioning_beside(
+    chart: Chart, other: Chart, driven: FloatArray, found: FloatArray, units: FloatArray
+) -> float:
+    """What a chart says a little to the side of a pose (k driven in `units`, orders (orders, k, 1))
+    where it is singular and another is not, which has `found` it: on which branch that is. NaN if
+    the two nowhere stand the same.
+    """
+    best = np.nan
+    for row, way in itertools.product(range(driven.shape[1]), (_TO_THE_SIDE, -_TO_THE_SIDE)):
+        moved = np.zeros_like(driven)
+        moved[0] = driven[0]
+        moved[0, row] += way * units[row]
+        out = iterate(other, moved.reshape(-1, 1), found[other.layout.found[0]])
+        if not converged(out, other.layout)[0]:
+            continue
+        at = other.configuration(moved[0, :, 0], out[:, 0])
+        mine = _standing_at(chart, moved, at)
+        figure = float(mine[chart.outputs.conditioning, 0])
+        if abs(figure) > _TOLD and not abs(figure) <= abs(best) and _same(chart, moved, mine, at):
+            best = figure
+    return best
+
+
+def _standing_at(chart: Chart, driven: FloatArray, at: Configuration) -> FloatArray:
+    """Outputs (rows, 1) for driven values (orders, k, 1), from a configuration as the guess."""
+    plan, q = chart.plan, chart.coordinates_at(at)
     guess = np.array([[q[k] - plan.offset(k)] for k in newton_unknowns(plan)]).reshape(-1, 1)
-    out = iterate(chart, driven.reshape(-1, 1), guess)
-    if not (converged(out, layout)[0] and out[layout.outputs.conditioning, 0] > _SERVES):
-        return None
-    there = chart.configuration(driven[0, :, 0], out[:, 0])
-    return out if _apart(before, there) < _SAME else None
+    return iterate(chart, driven.reshape(-1, 1), guess)
+
+
+def _same(chart: Chart, driven: FloatArray, out: FloatArray, at: Configuration) -> bool:
+    """Whether the mechanism stands as in a configuration of another chart; NaN does not."""
+    return _apart(at, chart.configuration(driven[0, :, 0], out[:, 0])) < _SAME
 
 
 def _apart(one: Configuration, other: Configuration) -> float:
@@ -123,6 +156,7 @@ def _walked(
     start = begin.driven[0][:, None]
     way = goal - start
     pace = np.abs(way / units[:, None]).max(axis=0, initial=_SHORT)
+    bulk = np.abs(goal / units[:, None]).max(axis=0, initial=0.0)
     everywhere = np.arange(n)
     driven = np.zeros((len(layout.found), k, n))
     driven[1] = way
@@ -148,7 +182,9 @@ def _walked(
         verdict = classify(found, layout)
         digits = chart.grip * found[layout.outputs.conditioning]
         ended = found[orders].reshape(begun.shape)
-        smooth = follows(h, begun, ended, pace[going], layout.units, digits).all(axis=0)
+        smooth = np.logical_and.reduce(
+            follows(h, begun, ended, pace[going], layout.units, digits, bulk[going])
+        )
         if layout.unsigned:
             aside = ASIDE * h
             sides = ((part[going], begun, aside), (target, ended, -aside))
