@@ -198,10 +198,10 @@ class Solver:
         """A status for each column, and NaN where it is one of failure."""
         rows, columns = self._outputs, out[:, None] if out.ndim == 1 else out
         numbers = columns[rows.motion]
-        found, told = None, np.ones(columns.shape[1], dtype=bool)
+        found: FloatArray | None = None
+        told: BoolArray | None = None
         if not plain:
-            told &= np.isfinite(inputs.reshape(len(inputs), -1)).all(axis=0)
-            told &= True if start is None else self._sound(start)
+            told = self._sound(inputs, start)
         if self._outputs.checks:
             status = classify(columns, self.layout)
             singular = bool(status.any()) and bool((status == Status.SINGULAR).any())
@@ -209,11 +209,15 @@ class Solver:
                 found = columns[self.layout.found[0]]  # before angles that lock become NaN
             if not isinstance(walked, int) or walked:
                 status = np.where(walked, walked, status).astype(np.int8)
-            status[np.isin(status, (Status.CONVERGED, Status.SINGULAR)) & ~told] = _NO_NUMBER
+            if told is not None:
+                bad = np.isin(status, (Status.CONVERGED, Status.SINGULAR)) & ~told
+                status[bad] = _NO_NUMBER
             if singular:
                 self._exchanged(columns, inputs, status)
         else:
-            status = np.where(told, 0, _NO_NUMBER).astype(np.int8)
+            status = np.zeros(columns.shape[1], dtype=np.int8)
+            if told is not None:
+                status[~told] = _NO_NUMBER
             if np.isnan(numbers.sum()):
                 status[np.isnan(numbers).any(axis=0)] = Status.OUT_OF_REACH
         if within is not None and start is not None and self._iterated:
@@ -225,8 +229,10 @@ class Solver:
             undefined = blank_undefined(columns, self.layout)
             status[undefined & (status == Status.CONVERGED)] = Status.ANGLES_UNDEFINED
         if not plain or not self._outputs.checks:
-            finite = np.isfinite(np.delete(numbers, self._cone_rows, axis=0)).all(axis=0)
-            status[(status == Status.CONVERGED) & ~finite] = Status.OUT_OF_REACH
+            known = np.delete(numbers, self._cone_rows, axis=0)
+            beyond, open_ = np.isinf(known).any(axis=0), np.isnan(known).any(axis=0)
+            open_ &= status == Status.CONVERGED
+            status[open_ | (beyond & np.isin(status, SOLVED))] = Status.OUT_OF_REACH
         if status.any():
             numbers[:, ~np.isin(status, SOLVED)] = np.nan
         verdict: int | StatusArray = int(status[0]) if out.ndim == 1 else status
@@ -376,13 +382,16 @@ class Solver:
                 return False
         return _tame(guess, start.found) if self._hidden else _tame(guess)
 
-    def _sound(self, start: _Start) -> BoolArray:
-        """Which columns of a guess are numbers, and have not lost the digits of their turns."""
+    def _sound(self, inputs: FloatArray, start: _Start | None) -> BoolArray:
+        """Which columns are numbers, and in a guess have not lost the digits of their turns."""
+        told: BoolArray = np.logical_and.reduce(np.isfinite(inputs.reshape(len(inputs), -1)))
+        if start is None:
+            return told
         guess, found = (a if a.ndim == 2 else a[:, None] for a in start)
         numbers = np.concatenate([guess, found])
         angles = np.abs(guess[self._told_angles])
         sound: BoolArray = np.isfinite(numbers).all(axis=0)
-        return sound & (angles < 2 * np.pi * TURNS).all(axis=0)
+        return told & sound & (angles < 2 * np.pi * TURNS).all(axis=0)
 
     @cached_property
     def _told_angles(self) -> IndexArray:
