@@ -119,12 +119,12 @@ def test_legs_that_cannot_be(hexapod: parakin.Solver, value: float) -> None:
         begun = time.process_time()
         tick = hexapod.at(y)
         assert time.process_time() - begun < 10.0
-        assert tick.status != Status.CONVERGED
-        assert np.isnan(tick.position).all()
+        possible = value == 1e3 and len(chosen) == 6  # legs of a kilometre, side by side
+        judged(hexapod, y[:, None], hexapod.at(y[:, None]))
+        assert possible or tick.status != Status.CONVERGED
         guess = np.array([hexapod.home.get(name, 0.0) for name in hexapod.coordinates])
         tick = hexapod.at(y, guess=guess)
-        if value != 1e3 or len(chosen) < 6:  # six legs of a kilometre can be, side by side
-            assert tick.status != Status.CONVERGED
+        assert possible or tick.status != Status.CONVERGED
         judged(hexapod, y[:, None], hexapod.at(y[:, None], guess=guess))
 
 

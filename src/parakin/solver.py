@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _BESIDE = 1e-3  # rad: how near to where angles lock no iteration begins
+_NEAR = 0.2  # rad: from how near Newton's steps may meet a lock
 _NO_NUMBER = Status.OUT_OF_REACH  # what becomes of poses asked for by what is no number
 _WILD = 1e100  # numbers beyond this may overflow on the way to accelerations
 
@@ -426,9 +427,31 @@ class Solver:
             if start.shape[1] != columns.shape[1]:
                 start = np.broadcast_to(start, (len(start), columns.shape[1]))
         out = iterate(self._chart, columns, start)
+        if self._locks:
+            self._tried_again(out, columns, start)
         if inputs.ndim == 1:
             return out[:, 0], 0 if walked is None else int(walked[0])
         return out, 0 if walked is None else walked
+
+    def _tried_again(self, out: FloatArray, inputs: FloatArray, start: FloatArray) -> None:
+        """Where Newton's steps came from near a lock to no number they may have met it exactly, and
+        begun a little further off will not.
+        """
+        if not np.isnan(out[self._outputs.residual]).any():
+            return
+        near = np.zeros(out.shape[1], dtype=bool)
+        for row, lock in self._locks:
+            with np.errstate(invalid="ignore"):
+                off = np.remainder(start[row] - lock + 0.5 * np.pi, np.pi) - 0.5 * np.pi
+            near |= np.abs(off) < _NEAR
+        for times in (1, 2, 3):
+            lost = np.flatnonzero(near & np.isnan(out[self._outputs.residual]))
+            if not len(lost):
+                return
+            begun = start[:, lost]
+            for row, _ in self._locks:
+                begun[row] += times * _BESIDE
+            out[:, lost] = iterate(self._chart, inputs[:, lost], begun)
 
     def _off_the_lock(self, found: FloatArray) -> FloatArray:
         """Iterated coordinates (m,) or (m, n), a little to the side of where three angles lock:
