@@ -6,6 +6,7 @@ Right answers come from closed forms of the linkages and from `tests/oracle.py`.
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 
 import numpy as np
@@ -498,9 +499,14 @@ def test_a_pose_may_be_asked_for_at_the_lock_and_beyond(reported: str | list[str
 HEXAPOD = "octahedral-hexapod", [f"P{i}" for i in range(1, 7)]
 
 
+@functools.cache
+def hexapod_by_pose() -> parakin.Solver:
+    return parakin.compile(HEXAPOD[0], coordinates="all")
+
+
 def legs_at(pitch: float, *moved: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Lengths of the octahedral hexapod's legs, velocities of some kind, and all coordinates."""
-    inverse = parakin.compile(HEXAPOD[0], coordinates="all")
+    inverse = hexapod_by_pose()
     pose = np.array([inverse.home[c] for c in inverse.driven])
     pose += [*moved, *np.zeros(6 - len(moved))]
     pose[inverse.driven.index("platform.pitch")] = pitch
@@ -544,7 +550,7 @@ def test_at_the_lock_a_column_is_judged_as_anywhere() -> None:
 
 def test_derivatives_of_angles_are_told_as_long_as_they_have_digits() -> None:
     forward = parakin.compile(*HEXAPOD)
-    inverse = parakin.compile(HEXAPOD[0], coordinates="all")
+    inverse = hexapod_by_pose()
     turns = [forward.coordinates.index(f"platform.{c}") for c in ("roll", "pitch", "yaw")]
     for off in np.geomspace(3e-9, 1e-2, 40):
         y, yd, pose = legs_at(np.pi / 2 - off)
