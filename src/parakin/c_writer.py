@@ -203,7 +203,7 @@ def _kernel(solver: Solver, name: str, stem: str) -> str:
         if (q < limits[i].low || q > limits[i].high)
             return {name.upper()}_LIMIT_EXCEEDED;
     }}"""
-    angles = sorted({*layout.angles.tolist(), *iterated} & _angle_rows(solver))
+    angles = sorted({*layout.angles.tolist(), *iterated}.intersection(solver.angle_rows))
     numbers_ = f"""
     for (i = 0; i < {n}; ++i)
         if (!isfinite(state->position[i]))
@@ -280,12 +280,6 @@ def _layout(solver: Solver) -> Layout:
     """Of what is reported alone."""
     numbers = tuple(solver.graph.index(c, "coordinates") for c in solver.coordinates)
     return layout_of(solver.plan, Outputs(numbers, 2), len(numbers))
-
-
-def _angle_rows(solver: Solver) -> set[int]:
-    graph = solver.graph
-    names = list(solver.coordinates)
-    return {row for row, c in enumerate(names) if graph.coordinates[graph.index(c, "")].angle}
 
 
 def _undefined(layout: Layout, name: str) -> tuple[str, str]:

@@ -100,7 +100,7 @@ class Course:
             found.append(ends)
             if sum(map(len, found)) > most + _BLOCK // _STRIDE:
                 break
-        return _between(np.unique(np.concatenate(found)), after, until)[:most]
+        return _between(np.concatenate(found), after, until)[:most]
 
     def _block(self, number: int) -> Samples:
         """Some samples, and the first after them."""

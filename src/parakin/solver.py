@@ -59,7 +59,6 @@ if TYPE_CHECKING:
 
 _BESIDE = 1e-3  # rad: how near to where angles lock no iteration begins
 _NEAR = 0.2  # rad: from how near Newton's steps may meet a lock
-_NO_NUMBER = Status.OUT_OF_REACH  # what becomes of poses asked for by what is no number
 _WILD = 1e100  # numbers beyond this may overflow on the way to accelerations
 
 
@@ -212,13 +211,13 @@ class Solver:
                 status = np.where(walked, walked, status).astype(np.int8)
             if told is not None:
                 bad = np.isin(status, (Status.CONVERGED, Status.SINGULAR)) & ~told
-                status[bad] = _NO_NUMBER
+                status[bad] = Status.OUT_OF_REACH
             if singular:
                 self._exchanged(columns, inputs, status)
         else:
             status = np.zeros(columns.shape[1], dtype=np.int8)
             if told is not None:
-                status[~told] = _NO_NUMBER
+                status[~told] = Status.OUT_OF_REACH
             if np.isnan(numbers.sum()):
                 status[np.isnan(numbers).any(axis=0)] = Status.OUT_OF_REACH
         if within is not None and start is not None and self._iterated:
@@ -274,16 +273,17 @@ class Solver:
         """Write what another chart found, angles by full turns nearest to what stands there."""
         undefined = bool(blank_undefined(found, chart.layout)[0])
         told = self._told([Piece(0, 1, chart, found)], 1)[:, 0]
-        before = out[self._reported_angles, column]
+        before = out[self.angle_rows, column]
         for order, rows in enumerate(self._told_rows[: 1 + self.derivatives]):
             out[rows, column] = told[self.told.order(order)]
         out[self._outputs.figures, column] = found[chart.outputs.figures, 0]
-        turns = np.round((before - out[self._reported_angles, column]) / (2 * np.pi))
-        out[self._reported_angles, column] += 2 * np.pi * turns
+        turns = np.round((before - out[self.angle_rows, column]) / (2 * np.pi))
+        out[self.angle_rows, column] += 2 * np.pi * turns
         return Status.ANGLES_UNDEFINED if undefined else Status.CONVERGED
 
     @cached_property
-    def _reported_angles(self) -> list[int]:
+    def angle_rows(self) -> list[int]:
+        """Rows of `coordinates` that are angles."""
         angles = {c.name for c in self.graph.coordinates if c.angle}
         return [row for row, name in enumerate(self.coordinates) if name in angles]
 
@@ -441,9 +441,7 @@ class Solver:
             return
         near = np.zeros(out.shape[1], dtype=bool)
         for row, lock in self._locks:
-            with np.errstate(invalid="ignore"):
-                off = np.remainder(start[row] - lock + 0.5 * np.pi, np.pi) - 0.5 * np.pi
-            near |= np.abs(off) < _NEAR
+            near |= np.abs(_beyond(start[row], lock)) < _NEAR
         for times in (1, 2, 3):
             lost = np.flatnonzero(near & np.isnan(out[self._outputs.residual]))
             if not len(lost):
@@ -462,8 +460,7 @@ class Solver:
             most = abs(float(angle)) if angle.ndim == 0 else np.abs(angle).max(initial=0.0)
             if most < lock - 0.1:
                 continue  # all well clear, as nearly always
-            with np.errstate(invalid="ignore"):
-                off = np.remainder(angle - lock + 0.5 * np.pi, np.pi) - 0.5 * np.pi
+            off = _beyond(angle, lock)
             near = np.abs(off) < _BESIDE
             if near.any():
                 found = found.copy()
@@ -682,6 +679,13 @@ def _tame(*numbers: FloatArray) -> bool:
             if not flat.dot(flat) < _WILD * _WILD:
                 return False
     return True
+
+
+def _beyond(angle: FloatArray, lock: float) -> FloatArray:
+    """How far angles are beyond the nearest of the places, half a turn apart, where they lock."""
+    with np.errstate(invalid="ignore"):
+        off: FloatArray = np.remainder(angle - lock + 0.5 * np.pi, np.pi) - 0.5 * np.pi
+    return off
 
 
 def _distance(one: FloatArray, other: FloatArray) -> float:
