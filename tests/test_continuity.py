@@ -496,6 +496,40 @@ def test_a_pose_may_be_asked_for_at_the_lock_and_beyond(reported: str | list[str
         assert (pose.inv() * Rotation.from_euler("XYZ", there)).magnitude() < 1e-9
 
 
+WRIST = ["W1", "W2", "W3", "A1", "A2", "A3"]
+
+
+@pytest.mark.parametrize("angle", [1.58, 2.0, -2.0])
+def test_the_walk_from_home_passes_where_angles_lock(angle: float) -> None:
+    """The wrist's second angle turned through where the platform's lock, the others at home."""
+    solver = parakin.compile("wrist-on-delta", WRIST, coordinates="all")
+    home = np.array([solver.home[c] for c in WRIST])
+    turned = home + angle * (np.array(WRIST) == "W2")
+    other = home + 0.1
+    batch = solver.at(np.column_stack([turned, np.full(6, np.nan), other]))
+    alone = solver.at(turned)
+    np.testing.assert_array_equal(batch.status, [0, Status.OUT_OF_REACH, 0])
+    assert alone.status == 0
+    np.testing.assert_array_equal(batch.position[:, 0], alone.position)
+    np.testing.assert_array_equal(batch.position[:, 2], solver.at(other).position)
+
+    by = {c: polynomial345(h, t - h, 1.0) for c, h, t in zip(WRIST, home, turned, strict=True)}
+    followed = solver.solve(from_laws("straight", by, 1.0, 50.0)).position.values[-1]
+    places = [solver.coordinates.index(f"platform.{c}") for c in "xyz"]
+    turns = [solver.coordinates.index(f"platform.{c}") for c in ("roll", "pitch", "yaw")]
+    np.testing.assert_allclose(alone.position[places], followed[places], atol=1e-12)
+    one, same = (Rotation.from_euler("XYZ", p[turns]) for p in (alone.position, followed))
+    assert (one.inv() * same).magnitude() < 1e-9
+
+
+def test_a_chart_that_does_not_serve_is_forgotten() -> None:
+    solver = parakin.compile("four-bar")
+    (chart,) = solver._charts
+    at = chart.configuration(np.array([0.3]), chart.run(np.array([[0.3], [0.0], [0.0]]))[:, 0])
+    assert [made.plan.driven for made in solver._others(chart, at)] == [chart.plan.driven]
+    assert solver._charts == [chart]
+
+
 HEXAPOD = "octahedral-hexapod", [f"P{i}" for i in range(1, 7)]
 
 

@@ -39,7 +39,7 @@ LANES = 8  # or a divisor of it: columns that machine code works out together
 _SPREAD = 8192  # batches smaller than this are not worth a second core
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Chart:
     """A plan compiled for what is to be reported, the first `reported` of `outputs.coordinates`.
 

@@ -147,7 +147,8 @@ def polynomial4567(start: float, by: float, duration: float, begin: float = 0.0)
 
 def _polynomial(*coefficients: float) -> Law:
     p = np.polynomial.Polynomial(coefficients)
-    return lambda u: (p(u), p.deriv()(u), p.deriv(2)(u), p.deriv(3)(u))
+    orders = [p, p.deriv(), p.deriv(2), p.deriv(3)]
+    return lambda u: tuple(order(u) for order in orders)
 
 
 def _rest_to_rest(shape: Law, start: float, by: float, duration: float, begin: float) -> Law:

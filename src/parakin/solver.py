@@ -27,7 +27,7 @@ from parakin.errors import InputError, nearest
 from parakin.files import load_motion
 from parakin.graph import Graph
 from parakin.kernel import newton_unknowns
-from parakin.motion import Motion, Samples
+from parakin.motion import Motion, Samples, from_laws, polynomial345
 from parakin.ordering import plan_of
 from parakin.plan import Plan
 from parakin.results import dataset, labels_of, quaternions
@@ -59,6 +59,8 @@ if TYPE_CHECKING:
 
 _BESIDE = 1e-3  # rad: how near to where angles lock no iteration begins
 _NEAR = 0.2  # rad: from how near Newton's steps may meet a lock
+_POOR = 2e-3  # figure of a plan whose sign is about to change; at an end of reach it is left sooner
+_CALM = 30.0  # times what is driven: what goes no faster is not at an end of reach
 _WILD = 1e100  # numbers beyond this may overflow on the way to accelerations
 
 
@@ -422,6 +424,11 @@ class Solver:
             goal = columns[: len(self.driven)]
             steps, walked = walk(walker, self._home_state(), goal, self._units)
             start = steps[walker.layout.found[0]]
+            if walked.any():
+                for column in self._held_up(walker, steps, walked, goal):
+                    found = self._tracked(goal[:, column])
+                    if found is not None:
+                        start[:, column], walked[column] = found, Status.CONVERGED
         else:
             start = guess[:, None] if guess.ndim == 1 else guess
             if start.shape[1] != columns.shape[1]:
@@ -433,15 +440,51 @@ class Solver:
             return out[:, 0], 0 if walked is None else int(walked[0])
         return out, 0 if walked is None else walked
 
+    def _held_up(
+        self, walker: Chart, steps: FloatArray, walked: StatusArray, goal: FloatArray
+    ) -> IndexArray:
+        """Columns in which the walk from home may have ended where only the plan is singular: near
+        a lock, or at a figure near zero while nothing goes as fast as at an end of reach.
+        """
+        layout, start = walker.layout, self._home_state().driven[0][:, None]
+        pace = np.abs((goal - start) / self._units[:, None]).max(axis=0)
+        rates = np.abs(steps[layout.found[1]] / layout.units[:, None]).max(axis=0)
+        slow = (np.abs(steps[layout.outputs.conditioning]) < _POOR) & (rates < _CALM * pace)
+        near = slow | self._near_lock(steps[layout.found[0]])
+        return np.flatnonzero((walked != 0) & near & (pace < TURNS))
+
+    def _near_lock(self, found: FloatArray) -> BoolArray:
+        """Which columns of iterated coordinates (m, n) are near where three angles lock."""
+        near = np.zeros(found.shape[1], dtype=bool)
+        for row, lock in self._locks:
+            near |= np.abs(_beyond(found[row], lock)) < _NEAR
+        return near
+
+    def _tracked(self, y: FloatArray) -> FloatArray | None:
+        """Iterated coordinates (m,) at a pose that the walk from home did not reach, by the same
+        way as a motion, which goes on with other charts; none if that does not arrive either.
+        """
+        home = self._home_state()
+        laws = {
+            name: polynomial345(begin, by, 1.0)
+            for name, begin, by in zip(self.driven, home.driven[0], y - home.driven[0], strict=True)
+        }
+        straight = from_laws("straight", laws, 1.0, 1.0)
+        track = Track(self._chart, Course(straight), home, self._units, self._others)
+        pieces, status = track.solve(straight.samples(), parallel=False)
+        if status[-1] != Status.CONVERGED:
+            return None
+        chart = pieces[-1].chart
+        q = self._chart.coordinates_at(chart.configuration(y, pieces[-1].out[:, -1]))
+        return np.array([q[k] - self.plan.offset(k) for k in self._iterated])
+
     def _tried_again(self, out: FloatArray, inputs: FloatArray, start: FloatArray) -> None:
         """Where Newton's steps came from near a lock to no number they may have met it exactly, and
         begun a little further off will not.
         """
         if not np.isnan(out[self._outputs.residual]).any():
             return
-        near = np.zeros(out.shape[1], dtype=bool)
-        for row, lock in self._locks:
-            near |= np.abs(_beyond(start[row], lock)) < _NEAR
+        near = self._near_lock(start)
         for times in (1, 2, 3):
             lost = np.flatnonzero(near & np.isnan(out[self._outputs.residual]))
             if not len(lost):

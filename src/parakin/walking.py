@@ -201,8 +201,9 @@ def _walked(
             unclear = (verdict == Status.ITERATION_LIMIT) | (verdict == Status.BRANCH_CHANGE)
             verdict[stuck & unclear] = Status.NOT_REACHED
         part[going] = np.where(good, target, part[going])
-        again = np.flatnonzero(~(good | stuck))
-        ended[:, :, again], found[figure, again] = begun[:, :, again], clear[again]
+        back = np.flatnonzero(~good)  # what is stuck stays where it got to
+        found[:, back] = out[:, going[back]]
+        ended[:, :, back] = begun[:, :, back]
         if going is everywhere:
             out, verdicts = found, verdict
         else:
