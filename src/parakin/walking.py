@@ -218,8 +218,7 @@ def _set_off(chart: Chart, begin: State, way: FloatArray) -> tuple[FloatArray, F
     """Outputs (rows, 1) where many ways (k, n) begin, and how what is found there sets off on each,
     covering it in one second: position, velocity and acceleration (3, m, n).
 
-    Velocities are linear in those driven and accelerations quadratic. (Summed one by one, so that
-    each pose comes out the same in whatever batch.)
+    Velocities are linear in those driven and accelerations quadratic.
     """
     layout, k = chart.layout, len(way)
     pairs = [(i, j) for i in range(k) for j in range(i, k)]
@@ -230,16 +229,26 @@ def _set_off(chart: Chart, begin: State, way: FloatArray) -> tuple[FloatArray, F
     guess = begin.found[0][:, None].repeat(1 + len(pairs), axis=1)
     home = iterate(chart, driven.reshape(len(layout.found) * k, -1), guess)
     x, velocity, acceleration = home[layout.outputs.motion].reshape(3, -1, 1 + len(pairs))[:, :, 1:]
-    alone = {i: acceleration[:, column] for column, (i, j) in enumerate(pairs) if i == j}
-    begun = np.zeros((3, len(x), way.shape[1]))
-    begun[0] = x[:, :1]
-    term, product = np.empty_like(begun[0]), np.empty_like(way[0])
+    alone = [column for column, (i, j) in enumerate(pairs) if i == j]
+    second = acceleration.copy()
     for column, (i, j) in enumerate(pairs):
-        if i == j:
-            second = alone[i]
-            begun[1] += np.multiply(velocity[:, column, None], way[i], out=term)
-        else:
-            second = acceleration[:, column] - alone[i] - alone[j]
+        if i != j:
+            second[:, column] -= acceleration[:, alone[i]] + acceleration[:, alone[j]]
+    products = np.empty((len(pairs), way.shape[1]))
+    for product, (i, j) in zip(products, pairs, strict=True):
         np.multiply(way[i], way[j], out=product)
-        begun[2] += np.multiply(second[:, None], product, out=term)
+    begun = np.empty((3, len(x), way.shape[1]))
+    begun[0] = x[:, :1]
+    begun[1] = _weighted(velocity[:, alone], way)
+    begun[2] = _weighted(second, products)
     return home[:, :1], begun
+
+
+def _weighted(weights: FloatArray, columns: FloatArray) -> FloatArray:
+    """weights (m, k) times columns (k, n), each rounded as in any other batch, where a matrix
+    product rounds by the shape of the whole. (Of one column alone einsum sums otherwise too.)
+    """
+    n = columns.shape[1]
+    wide = columns if n > 1 else columns.repeat(2, axis=1)
+    total: FloatArray = np.einsum("mk,kn->mn", weights, wide)
+    return total[:, :n]
