@@ -245,8 +245,9 @@ def _set_off(chart: Chart, begin: State, way: FloatArray) -> tuple[FloatArray, F
 
 
 def _weighted(weights: FloatArray, columns: FloatArray) -> FloatArray:
-    """weights (m, k) times columns (k, n), each rounded as in any other batch, where a matrix
-    product rounds by the shape of the whole. (Of one column alone einsum sums otherwise too.)
+    """The product of weights (m, k) and columns (k, n), each column rounded as in any other batch,
+    where a matrix product rounds by the shape of the whole. (Of one column alone einsum sums
+    otherwise too.)
     """
     n = columns.shape[1]
     wide = columns if n > 1 else columns.repeat(2, axis=1)
