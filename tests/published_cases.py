@@ -23,7 +23,7 @@ from test_from_literature import GOLDBERG
 import parakin
 from parakin.analysis import Mobility, mobility
 from parakin.assembly import assembled
-from parakin.branches import Branch, Search
+from parakin.branches import Mode, Search
 from parakin.files import mechanism_from_table
 from parakin.graph import graph_of
 from parakin.motion import constant, from_laws, polynomial345
@@ -289,13 +289,13 @@ def norton(name: str) -> State:
 def five_bar() -> Search:
     """The four working modes with the pen at (0, 300 mm)."""
     solver = compiled("five-bar", parameters={"base": 0.25, "proximal": 0.205, "distal": 0.205})
-    return solver.branches({"platform.x": 0.0, "platform.y": 0.3})
+    return parakin.modes(solver, {"platform.x": 0.0, "platform.y": 0.3})
 
 
 def extreme(
     search: Callable[[], Search], of: Callable[[Sequence[float]], float], name: str
 ) -> Callable[[], float]:
-    return lambda: of([branch.coordinates[name] for branch in search().branches])
+    return lambda: of([branch.coordinates[name] for branch in search().modes])
 
 
 PLANAR = (
@@ -435,7 +435,7 @@ PLANAR = (
             Figure("left motor, the other", "1.83160416", extreme(five_bar, max, "A1"), "rad"),
             Figure("right motor, one elbow", "1.30998849", extreme(five_bar, min, "A2"), "rad"),
             Figure("right motor, the other", "2.6211864", extreme(five_bar, max, "A2"), "rad"),
-            Figure("working modes", "4", lambda: len(five_bar().branches)),
+            Figure("working modes", "4", lambda: len(five_bar().modes)),
         ),
     ),
     Case(
@@ -650,23 +650,23 @@ def sauer(second: float) -> Search:
     """Sauer's second platform, poses for the length of its second strut."""
     platform = [(3.0, 0.0), (3.0, 3.0)]
     solver = compiled(tripod([(5.0, 0.0), (0.0, 6.0)], platform, (1.0, 4.0, 0.0)), LEGS)
-    return solver.branches({"P1": 5.0, "P2": second, "P3": 3.0})
+    return parakin.modes(solver, {"P1": 5.0, "P2": second, "P3": 3.0})
 
 
 @cache
 def sauers_first() -> Search:
     platform = [(np.sqrt(2.0), 0.0), (0.0, np.sqrt(2.0))]
     solver = compiled(tripod([(4.0, 0.0), (0.0, 4.0)], platform, (1.0, 2.0, -np.pi / 4)), LEGS)
-    return solver.branches(dict.fromkeys(LEGS, float(np.sqrt(5.0))))
+    return parakin.modes(solver, dict.fromkeys(LEGS, float(np.sqrt(5.0))))
 
 
 def pose_at(search: Callable[[], Search], yaw: float, name: str) -> Callable[[], float]:
     """A coordinate of the assembly whose platform is turned nearly so."""
 
-    def away(branch: Branch) -> float:
+    def away(branch: Mode) -> float:
         return -float(np.cos(branch.coordinates["platform.yaw"] - yaw))
 
-    return lambda: min(search().branches, key=away).coordinates[name]
+    return lambda: min(search().modes, key=away).coordinates[name]
 
 
 @cache
@@ -674,7 +674,7 @@ def schulz(*driven: str) -> Search:
     """Schulz's 3-RPR at his pose, by lengths or by directions of its legs."""
     pose = (10.0, 80.0, float(np.radians(-20)))
     robot = tripod([(40.0, 10.0), (90.0, -20.0)], [(25.0, 0.0), (60.0, 0.0)], pose)
-    return compiled(robot, driven).branches()
+    return parakin.modes(compiled(robot, driven))
 
 
 LEGS = ("P1", "P2", "P3")
@@ -717,9 +717,9 @@ PLANAR_ROBOTS = (
         SAUER + ", steps 4 to 6; two poses for p₂ = 4: solutions such as "
         "sayedRaheel/Forward-Kinematics-of-Stewart-Platform",
         (
-            Figure("poses for p₂ = 4", "2", lambda: len(sauer(4.0).branches)),
-            Figure("poses for p₂ = 5", "4", lambda: len(sauer(5.0).branches)),
-            Figure("poses for p₂ = 7", "6", lambda: len(sauer(7.0).branches)),
+            Figure("poses for p₂ = 4", "2", lambda: len(sauer(4.0).modes)),
+            Figure("poses for p₂ = 5", "4", lambda: len(sauer(5.0).modes)),
+            Figure("poses for p₂ = 7", "6", lambda: len(sauer(7.0).modes)),
         ),
     ),
     Case(
@@ -727,15 +727,15 @@ PLANAR_ROBOTS = (
         "3-RPR with its joints in line, at (10, 80) and −20°",
         SCHULZ,
         (
-            Figure("poses for the lengths", "6", lambda: len(schulz(*LEGS).branches)),
-            Figure("poses for the directions", "2", lambda: len(schulz("A1", "A2", "A3").branches)),
+            Figure("poses for the lengths", "6", lambda: len(schulz(*LEGS).modes)),
+            Figure("poses for the directions", "2", lambda: len(schulz("A1", "A2", "A3").modes)),
         ),
     ),
     Case(
         "Planar parallel robots",
         "3-RRR",
         "textbooks: two elbows to each of three legs",
-        (Figure("working modes", "8", lambda: len(compiled("3-rrr").branches().branches)),),
+        (Figure("working modes", "8", lambda: len(parakin.modes(compiled("3-rrr")).modes)),),
     ),
 )
 
@@ -752,9 +752,9 @@ def delta_of_v3() -> State:
 
 def orientations(*motors: float) -> FloatArray:
     """All assemblies of the Agile Eye as rotation matrices (n, 9)."""
-    search = compiled("agile-eye", MOTORS).branches(dict(zip(MOTORS, motors, strict=True)))
+    search = parakin.modes(compiled("agile-eye", MOTORS), dict(zip(MOTORS, motors, strict=True)))
     angles = [
-        [b.coordinates[f"platform.{n}"] for n in ("roll", "pitch", "yaw")] for b in search.branches
+        [b.coordinates[f"platform.{n}"] for n in ("roll", "pitch", "yaw")] for b in search.modes
     ]
     matrices: FloatArray = Rotation.from_euler("XYZ", angles).as_matrix()
     return matrices.reshape(-1, 9)
@@ -774,11 +774,11 @@ SPHERICAL = (
         "I. A. Bonev, D. Chablat, P. Wenger, Working and assembly modes of the Agile Eye, "
         "IEEE ICRA (2006), abstract",
         (
-            Figure("working modes", "8", lambda: len(compiled("agile-eye").branches().branches)),
+            Figure("working modes", "8", lambda: len(parakin.modes(compiled("agile-eye")).modes)),
             Figure("assembly modes", "4", moving_orientations),
         ),
         note="four more solutions, which the paper leaves out, keep the eye where it is whatever "
-        "the motors do; `Solver.branches` tells all eight",
+        "the motors do; `Solver.modes` tells all eight",
     ),
 )
 
@@ -957,8 +957,8 @@ def dietmaier() -> tuple[FloatArray, FloatArray]:
     pose = np.hstack([published[0, :3], Rotation.from_matrix(axes).as_euler("XYZ")])
     robot = hexapod(DIETMAIER_BASE, DIETMAIER_PLATFORM, pose)
     solver = parakin.compile(robot, SIX, derivatives=0, machine_code=False)
-    search = solver.branches(dict(zip(SIX, DIETMAIER_LEGS, strict=True)))
-    poses = np.array([[branch.coordinates[name] for name in POSE] for branch in search.branches])
+    search = parakin.modes(solver, dict(zip(SIX, DIETMAIER_LEGS, strict=True)))
+    poses = np.array([[branch.coordinates[name] for name in POSE] for branch in search.modes])
     turned = Rotation.from_euler("XYZ", poses[:, 3:]).as_matrix()
     return published, np.hstack([poses[:, :3], turned[:, :, 0], turned[:, :, 1]])
 
@@ -986,7 +986,7 @@ def fichter() -> float:
     turning = polynomial345(0.0, 2.0, 1.0)
     laws = {name: constant(solver.home[name]) for name in solver.driven}
     motion = from_laws("turning", laws | {"platform.yaw": turning}, 1.0, 100.0)
-    (crossing,) = solver.singularities(solver.solve(motion), motion).crossings
+    (crossing,) = parakin.singularities(solver, solver.solve(motion), motion).crossings
     return float(np.degrees(turning(np.array([crossing.time]))[0][0]))
 
 
@@ -1001,7 +1001,7 @@ HEXAPODS = (
             Figure("real postures", "40", postures),
             Figure("largest difference of any of their 360 figures", "0.00000", farthest_posture),
         ),
-        note="found by `Solver.branches` from the six lengths alone. The published solutions "
+        note="found by `Solver.modes` from the six lengths alone. The published solutions "
         "have 15 digits, but of a system of equations whose coefficients were cut to ten, "
         "some of them badly conditioned: five decimals are compared",
     ),
@@ -1051,9 +1051,9 @@ HEXAPODS = (
             Figure(
                 "working modes of the 6-RUS",
                 "64",
-                lambda: len(compiled("6-rus").branches().branches),
+                lambda: len(parakin.modes(compiled("6-rus")).modes),
             ),
-            Figure("of the 6-PUS", "64", lambda: len(compiled("6-pus").branches().branches)),
+            Figure("of the 6-PUS", "64", lambda: len(parakin.modes(compiled("6-pus")).modes)),
         ),
         note="a theorem, 2⁶",
     ),

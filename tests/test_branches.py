@@ -25,12 +25,12 @@ SLIDERS = ["A2", "B3", "C3"]
 )
 def test_as_many_branches_as_there_are(name: str, driven: list[str] | None, count: int) -> None:
     solver = parakin.compile(name, driven, machine_code=False)
-    search = solver.branches()
-    assert search.branches[0].name == "home"
+    search = parakin.modes(solver)
+    assert search.modes[0].name == "home"
     for coordinate in solver.coordinates:
-        at_home = search.branches[0].coordinates[coordinate]
+        at_home = search.modes[0].coordinates[coordinate]
         assert at_home == pytest.approx(solver.home[coordinate], abs=1e-9)
-    assert len(search.branches) == count
+    assert len(search.modes) == count
     assert search.unseen < 0.01
 
 
@@ -38,7 +38,7 @@ def test_every_branch_closes_and_answers_to_its_name() -> None:
     solver = parakin.compile("flight-simulator", SLIDERS, machine_code=False)
     home = [solver.home[n] for n in SLIDERS]
     seen = []
-    for branch in solver.branches().branches:
+    for branch in parakin.modes(solver).modes:
         other = parakin.compile(
             "flight-simulator", SLIDERS, near=branch.coordinates, machine_code=False
         )
@@ -54,7 +54,7 @@ def test_every_branch_closes_and_answers_to_its_name() -> None:
 
 def test_what_is_counted_from_home_is_counted_from_there_on_every_branch() -> None:
     solver = parakin.compile("flight-simulator", machine_code=False)
-    for branch in solver.branches().branches[:4]:
+    for branch in parakin.modes(solver).modes[:4]:
         other = parakin.compile("flight-simulator", near=branch.coordinates, machine_code=False)
         tick = other.at([other.home[name] for name in other.driven])
         at = dict(zip(other.coordinates, tick.position, strict=True))
@@ -64,8 +64,8 @@ def test_what_is_counted_from_home_is_counted_from_there_on_every_branch() -> No
 
 
 def test_a_branch_is_asked_for_by_name() -> None:
-    search = parakin.compile("five-bar", machine_code=False).branches()
-    for branch in search.branches:
+    search = parakin.modes(parakin.compile("five-bar", machine_code=False))
+    for branch in search.modes:
         solver = parakin.compile("five-bar", near=branch.name, machine_code=False)
         for name in ("A1", "A2"):
             turned = solver.home[name] - branch.coordinates[name]
@@ -78,14 +78,14 @@ def test_values_elsewhere_than_home_are_searched() -> None:
     solver = parakin.compile("four-bar", machine_code=False)
     (name,) = solver.driven
     moved = solver.home[name] + 0.3
-    search = solver.branches({name: moved})
-    assert all(b.coordinates[name] == pytest.approx(moved) for b in search.branches)
+    search = parakin.modes(solver, {name: moved})
+    assert all(b.coordinates[name] == pytest.approx(moved) for b in search.modes)
     expected = solver.at([moved])
     at = dict(zip(solver.coordinates, expected.position, strict=True))
-    nearest = search.branches[0].coordinates
+    nearest = search.modes[0].coordinates
     assert all(nearest[n] == pytest.approx(at[n], abs=1e-9) for n in solver.coordinates)
     with pytest.raises(parakin.InputError, match="'B'"):
-        solver.branches({"B": 0.0})
+        parakin.modes(solver, {"B": 0.0})
 
 
 @pytest.mark.parametrize(
@@ -99,9 +99,9 @@ def test_most_starts_lead_somewhere(name: str, count: int) -> None:
     motors = [
         c.name for c in parakin.compile(name, machine_code=False).graph.coordinates if c.actuated
     ]
-    search = parakin.compile(name, motors, machine_code=False).branches(starts=1024)
-    assert len(search.branches) == count
-    assert sum(branch.found for branch in search.branches) > 600
+    search = parakin.modes(parakin.compile(name, motors, machine_code=False), starts=1024)
+    assert len(search.modes) == count
+    assert sum(branch.found for branch in search.modes) > 600
 
 
 def test_a_nearly_singular_home_is_solved_from() -> None:
@@ -119,7 +119,7 @@ def test_a_plan_is_not_changed_by_a_search() -> None:
     solver = parakin.compile("five-bar", machine_code=False)
     before: Plan = solver.plan
     signs = [block.sign for block in before.blocks]
-    solver.branches()
+    parakin.modes(solver)
     assert [block.sign for block in solver.plan.blocks] == signs
     assert all(np.isscalar(sign) for sign in signs)
 

@@ -21,7 +21,7 @@ def _position(solver: parakin.Solver, y: list[float]) -> list[float]:
 
 @pytest.mark.parametrize("code", [None, False])
 def test_a_solver_comes_out_of_a_pickle_as_it_went_in(code: bool | None) -> None:
-    modes = parakin.compile("five-bar", machine_code=False).branches().branches
+    modes = parakin.modes(parakin.compile("five-bar", machine_code=False)).modes
     options = {"derivatives": 1, "near": modes[-1].name, "coordinates": "all", "cut": ("B2",)}
     for solver in (
         parakin.compile("five-bar", machine_code=code),

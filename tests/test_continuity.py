@@ -411,7 +411,7 @@ def test_what_was_subtracted_is_not_hidden_by_its_size() -> None:
 
 def test_an_eye_has_eight_assemblies_whatever_its_angles(eye: Path) -> None:
     solver = parakin.compile(eye, coordinates="all")
-    found = solver.branches().branches
+    found = parakin.modes(solver).modes
     assert len(found) == 8
     for branch in found:
         position = np.array([[branch.coordinates[c]] for c in solver.coordinates])

@@ -142,8 +142,8 @@ def test_forward_takes_over_the_pose_that_inverse_left() -> None:
 
 def test_it_knows_in_which_assembly_it_stands() -> None:
     drive = _drive("five-bar", "platform.x", "platform.y")
-    search = drive.solver.branches()
-    poses = [branch.coordinates for branch in search.branches]
+    search = parakin.modes(drive.solver)
+    poses = [branch.coordinates for branch in search.modes]
     assert drive.nearest(poses, search.told_by) == 0
     for k, pose in enumerate(poses):
         other = driven_by(drive.solver.mechanism, drive.solver.driven, pose)

@@ -234,7 +234,7 @@ def test_a_parallelogram_is_flagged_where_it_folds_flat(typed: Path) -> None:
     first = int(np.argmax(flat))
     assert not result.status.values[:first].any()
     assert result.status.values[first] > 0
-    (ending,) = solver.singularities(result, motion).crossings
+    (ending,) = parakin.singularities(solver, result, motion).crossings
     assert ending.kind == "constraint"
     assert solver.at([np.pi]).status == Status.SINGULAR
 
@@ -242,7 +242,7 @@ def test_a_parallelogram_is_flagged_where_it_folds_flat(typed: Path) -> None:
 def test_a_parallelogram_has_its_crossed_twin(typed: Path) -> None:
     for near in (None, {"D": -1.8645}):
         solver = parakin.compile(typed / "parallelogram.toml", near=near, machine_code=False)
-        found = solver.branches().branches
+        found = parakin.modes(solver).modes
         rocker = sorted(branch.coordinates["D"] for branch in found)
         # Crossed, crank and rocker mirror each other about the bisector of their pivots.
         x, y = 40 * np.cos(np.pi / 3) - 100, 40 * np.sin(np.pi / 3)
@@ -286,7 +286,7 @@ def test_motors_on_the_slides_of_cylindrical_joints(typed: Path) -> None:
     for slide, axis in zip(solver.driven, "xyz", strict=True):
         rises = result.position.sel(coordinate=[slide, f"platform.{axis}"]).values
         np.testing.assert_allclose(np.diff(rises, axis=1), np.diff(rises, axis=1)[0, 0], atol=1e-13)
-    near = solver.singularities(result)
+    near = parakin.singularities(solver, result)
     np.testing.assert_allclose(near.type1, np.sqrt(0.5), rtol=1e-12)  # slides are coordinates
     np.testing.assert_allclose(near.type2, np.sqrt(0.5), rtol=1e-12)
 
@@ -309,7 +309,7 @@ def test_a_delta_typed_with_decimals(tmp_path: Path, digits: int) -> None:
 def test_a_delta_has_sixteen_assemblies_among_them_its_mirror_image() -> None:
     """Sixteen: as many as Newton's iteration from random poses of six rods finds."""
     solver = parakin.compile("delta", driven=["A1", "A2", "A3"], machine_code=False)
-    found = solver.branches().branches
+    found = parakin.modes(solver).modes
     heights = [b.coordinates["platform.z"] for b in found if level(b.coordinates)]
     assert len(found) == 16
     # The elbows, a sine of the arms below the motors, are half way between it and its image.

@@ -31,7 +31,7 @@ def test_a_five_bar_crosses_type_2_where_its_distal_links_align(rate: float) -> 
     down = polynomial345(0.26, -0.21, 1.0)
     motion = from_laws("down", {"platform.x": constant(0.0), "platform.y": down}, 1.0, rate)
     result = parakin.require_solved(solver.solve(motion))
-    near = solver.singularities(result)
+    near = parakin.singularities(solver, result)
     (crossing,) = near.crossings
     assert crossing.kind == "type 2"
     # Between samples the motion is a quintic; at 60 Hz that is what limits the time found.
@@ -52,7 +52,7 @@ def test_a_five_bar_stops_where_an_arm_is_stretched() -> None:
     first = int(np.argmax(result.status.values != 0))
     y = motion.samples().position[1]
     assert y[first - 1] <= reach <= y[first]
-    near = solver.singularities(result, motion)
+    near = parakin.singularities(solver, result, motion)
     assert float(np.nanmin(near.type1)) < 0.1
     assert np.isnan(near.type1[first:]).all()
     (ending,) = near.crossings
@@ -66,7 +66,9 @@ def test_a_rocker_has_two_dead_centres_in_a_turn() -> None:
     solver = parakin.compile("four-bar", machine_code=False)
     a, b, c, d = (solver.graph.parameters[n] for n in "abcd")
     turning = polynomial345(solver.home["A"], 2 * np.pi, 1.0)
-    near = solver.singularities(solver.solve(from_laws("turn", {"A": turning}, 1.0, 500.0)))
+    near = parakin.singularities(
+        solver, solver.solve(from_laws("turn", {"A": turning}, 1.0, 500.0))
+    )
     stretched = np.arccos(((a + b) ** 2 + d**2 - c**2) / (2 * (a + b) * d))
     folded = np.pi + np.arccos(((b - a) ** 2 + d**2 - c**2) / (2 * (b - a) * d))
     angles = sorted(
@@ -84,7 +86,7 @@ def test_a_rocker_has_two_dead_centres_in_a_turn() -> None:
 def test_the_flight_simulator_meets_none_in_its_examples() -> None:
     solver = parakin.compile("flight-simulator")
     for motion in ("vertical", "rectilinear", "general"):
-        near = solver.singularities(solver.solve(motion))
+        near = parakin.singularities(solver, solver.solve(motion))
         assert near.crossings == ()
         assert near.type1.min() > 0.1
         assert near.type2.min() > 0.1
@@ -97,7 +99,9 @@ def test_without_actuators_there_is_no_saying() -> None:
     )
     solver = parakin.compile(passive, machine_code=False)
     with pytest.raises(parakin.InputError, match="0 actuated coordinates and 1 driven"):
-        solver.singularities(solver.solve(from_laws("rest", {"A": constant(1.0)}, 0.1, 50.0)))
+        parakin.singularities(
+            solver, solver.solve(from_laws("rest", {"A": constant(1.0)}, 0.1, 50.0))
+        )
 
 
 def test_the_command_says_how_near(capsys: pytest.CaptureFixture[str]) -> None:
@@ -115,7 +119,7 @@ def test_an_octahedral_hexapod_turned_a_quarter_meets_fichters_singularity() -> 
     solver = parakin.compile("gough-stewart", machine_code=False)
     turning = polynomial345(0.0, 2.0, 1.0)
     motion = moving(solver, "platform.yaw", turning, 200.0)
-    near = solver.singularities(solver.solve(motion), motion)
+    near = parakin.singularities(solver, solver.solve(motion), motion)
     (crossing,) = near.crossings
     assert crossing.kind == "type 2"
     assert abs(crossing.time - time_of(turning, np.pi / 2, 0.0, 1.0)) < 1e-9
@@ -147,7 +151,7 @@ def test_a_3_upu_loses_a_constraint_where_its_three_moments_are_in_a_plane() -> 
     height = solver.home["platform.z"]
     down = polynomial345(height, -1.5 * height, 1.0)
     motion = moving(solver, "platform.z", down, 500.0)
-    near = solver.singularities(solver.solve(motion), motion)
+    near = parakin.singularities(solver, solver.solve(motion), motion)
     assert float(np.nanmin(near.whole)) < 0.02 * float(np.nanmax(near.whole))
     assert {c.kind for c in near.crossings} == {"constraint"}
     (crossing,) = near.crossings
@@ -163,7 +167,7 @@ def test_outputs_are_found_where_the_actuators_are_driven_by_the_file() -> None:
     for given in (mechanism, forward):
         solver = parakin.compile(given, machine_code=False)
         rest = from_laws("rest", {n: constant(solver.home[n]) for n in solver.driven}, 0.1, 50.0)
-        near = solver.singularities(solver.solve(rest))
+        near = parakin.singularities(solver, solver.solve(rest))
         both.append((near.type1[0], near.type2[0]))
     np.testing.assert_allclose(both[0], both[1], atol=1e-12)
 
@@ -176,7 +180,7 @@ def test_undefined_angles_of_the_platform_are_no_singularity_of_the_mechanism() 
     pitching = polynomial345(0.0, 1.75, 1.0)
     motion = moving(solver, "platform.pitch", pitching, 201.0)
     result = parakin.require_solved(solver.solve(motion))
-    near = solver.singularities(result, motion)
+    near = parakin.singularities(solver, result, motion)
     assert near.crossings == ()
     i = int(np.argmin(np.abs(motion.samples().position[4] - np.pi / 2)))
     a, b = leg_ends(0.0)
@@ -206,7 +210,7 @@ def test_several_freedoms_are_counted() -> None:
     height = solver.home["platform.z"]
     down = polynomial345(height, -1.3 * height, 1.0)
     motion = moving(solver, "platform.z", down, 400.0)
-    near = solver.singularities(solver.solve(motion), motion)
+    near = parakin.singularities(solver, solver.solve(motion), motion)
     (crossing,) = near.crossings
     assert crossing.kind == "type 2"
     assert crossing.words.endswith("; 3 freedoms in all")
@@ -219,7 +223,7 @@ def test_times_counted_from_long_ago_are_located_as_well_as_they_can_be() -> Non
     t = np.linspace(0.0, 1.0, 201)
     rows = [np.stack([constant(0.0)(t)[k], down(t)[k]]) for k in range(3)]
     motion = from_arrays("down", ["platform.x", "platform.y"], 1.7e9 + t, *rows)
-    near = solver.singularities(solver.solve(motion), motion)
+    near = parakin.singularities(solver, solver.solve(motion), motion)
     (crossing,) = near.crossings
     assert abs(crossing.time - 1.7e9 - time_of(down, 0.09, 0.0, 1.0)) < 2e-6
 
@@ -228,8 +232,8 @@ def test_singularities_of_another_motion_are_refused() -> None:
     solver = parakin.compile("five-bar", coordinates=["A1", "A2"], machine_code=False)
     motion = solver.motion("circle")
     result = solver.solve(motion)
-    assert solver.singularities(result, motion).crossings == ()
+    assert parakin.singularities(solver, result, motion).crossings == ()
     with pytest.raises(parakin.InputError, match="the motion that was solved"):
-        solver.singularities(result, solver.motion("circle", rate=50))
+        parakin.singularities(solver, result, solver.motion("circle", rate=50))
     with pytest.raises(parakin.InputError, match="them, or the motion too"):
-        solver.singularities(result)
+        parakin.singularities(solver, result)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from parakin.branches import modes
     from parakin.compiler import compile
     from parakin.errors import (
         AssemblyError,
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from parakin.mechanism import Body, Frame, Joint, Mechanism, Platform
     from parakin.motion import Motion
     from parakin.results import require_solved
+    from parakin.singularities import singularities
     from parakin.solver import Solver, Tick
     from parakin.status import Status
 
@@ -34,6 +36,8 @@ _ROOMS = {
     "catalogue": "files",
     "load": "files",
     "compile": "compiler",
+    "modes": "branches",
+    "singularities": "singularities",
     "Solver": "solver",
     "Tick": "solver",
     "require_solved": "results",
@@ -68,7 +72,9 @@ __all__ = [
     "catalogue",
     "compile",
     "load",
+    "modes",
     "require_solved",
+    "singularities",
 ]
 
 

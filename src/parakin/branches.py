@@ -1,4 +1,4 @@
-"""Branches: the real assemblies of a mechanism for given driven values.
+"""Assembly modes: the real assemblies of a mechanism for given driven values.
 
 A search, not a proof: many random starts and all combinations of signs of the closed forms' roots,
 in one batch. With the platform driven its answers are the working modes, with the actuators driven
@@ -17,11 +17,14 @@ from scipy.spatial.transform import Rotation
 from parakin import closure
 from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.assembly import circuits_at, configure, freedoms
+from parakin.errors import InputError, nearest
 from parakin.graph import Graph
 from parakin.kernel import Equations, Lead, newton_unknowns, trace
+from parakin.ordering import plan_of
 from parakin.plan import Block, Plan
 from parakin.recursion import Circuits
 from parakin.rows import Outputs
+from parakin.solver import Solver
 from parakin.spatial import ARRAYS, Scalar
 from parakin.status import SINGULAR
 
@@ -36,8 +39,8 @@ _LOCKED = 1e-6  # cosine of the second of three angles: the others are not told 
 
 
 @dataclass(frozen=True)
-class Branch:
-    """One assembly: its name ("home" for that of home), all coordinates, the conditioning, how
+class Mode:
+    """One assembly mode: its name ("home" for that of home), all coordinates, the conditioning, how
     often it was found, in how many ways passive joints may stand, and the limits it breaks.
     """
 
@@ -51,13 +54,13 @@ class Branch:
 
 @dataclass(frozen=True)
 class Search:
-    """What `branches` found: the branches, nearest home first, the names of the coordinates that
-    tell them apart, how many starts closed, and the Good-Turing estimate of how likely one more
+    """What `modes` found: the modes, nearest home first, the names of the coordinates that tell
+    them apart, how many starts closed, and the Good-Turing estimate of how likely one more
     start that closes would find something new. `singular` counts closed starts left out: there
     the driven coordinates do not determine the rest, and assemblies may form a continuum.
     """
 
-    branches: tuple[Branch, ...]
+    modes: tuple[Mode, ...]
     told_by: tuple[str, ...]
     starts: int
     closed: int
@@ -69,16 +72,34 @@ class Search:
         """How much was found, and how sure it is that this is all."""
         odds = f"about {self.unseen:.1g}" if self.unseen else f"under {1 / max(self.closed, 1):.1g}"
         return (
-            f"{len(self.branches)} distinct among {self.closed:,} assemblies found from "
+            f"{len(self.modes)} distinct among {self.closed:,} assemblies found from "
             f"{self.starts:,} random starts. A search, not a proof: one more would be new with "
             f"probability {odds}."
         )
 
 
-def branches(
+def modes(solver: Solver, values: Mapping[str, float] | None = None, starts: int = 8192) -> Search:
+    """The real assemblies for driven values (home's where not given), by many random starts.
+
+    With the platform driven these are the working modes, with the actuators driven the assembly
+    modes. A search, not a proof: `unseen` of the answer says how sure it is. A solver that starts
+    from another mode: `compile(..., near=mode.coordinates)`.
+    Raises InputError on names that are not driven.
+    """
+    for name in values or {}:
+        if name not in solver.driven:
+            raise InputError("values", f"{name!r}", nearest(name, solver.driven))
+    graph, plan = solver.graph, solver.plan
+    home = configure(plan.graph, plan.tree, plan.home)
+    home = configure(graph, graph.posed_tree(), home.q[: len(graph.coordinates)])
+    found = plan_of(graph, plan.driven, home, zero=plan.zero, everywhere=True)
+    return modes_of(found, values, starts)
+
+
+def modes_of(
     plan: Plan, values: Mapping[str, float] | None = None, starts: int = 8192, seed: int = 0
 ) -> Search:
-    """Search for assemblies.
+    """Search for the assemblies that a plan allows.
 
     values: of driven coordinates, as they are counted; home's where not given. Told apart by
     actuated and platform coordinates that are not driven, or by all where there are none.
@@ -130,7 +151,7 @@ def branches(
     closed = np.flatnonzero(real & regular)
     told_by = _telling(graph, plan)
     groups = _groups(graph, q[:, closed], told_by, scales, _of(turned, closed))
-    found: list[tuple[float, Branch]] = []
+    found: list[tuple[float, Mode]] = []
     everything = list(range(len(graph.plain.coordinates)))
     for members in groups:
         those = closed[members]
@@ -143,7 +164,7 @@ def branches(
         found.append(
             (
                 float(away[nearest]),
-                Branch(
+                Mode(
                     "",
                     named,
                     min(1.0, float(abs(conditioning[those[nearest]]))),
@@ -158,13 +179,13 @@ def branches(
     found.sort(
         key=lambda pair: (round(pair[0], 6), [round(pair[1].coordinates[n], 4) for n in names])
     )
-    named_branches = tuple(
-        replace(branch, name="home" if distance < 1e-4 else str(number))
-        for number, (distance, branch) in enumerate(found, start=1)
+    assemblies = tuple(
+        replace(mode, name="home" if distance < 1e-4 else str(number))
+        for number, (distance, mode) in enumerate(found, start=1)
     )
-    once = sum(1 for branch in named_branches if branch.found == 1)
+    once = sum(1 for mode in assemblies if mode.found == 1)
     return Search(
-        named_branches,
+        assemblies,
         tuple(graph.coordinates[k].name for k in told_by),
         n,
         len(closed),

@@ -59,9 +59,9 @@ def words(standing: Standing) -> str:
 
 def branch_words(number: int, search: Search) -> str:
     """A branch that was found, as it is chosen."""
-    branch = search.branches[number]
+    branch = search.modes[number]
     beyond = f", beyond limits: {', '.join(branch.beyond)}" if branch.beyond else ""
-    return f"{number + 1} of {len(search.branches)}{beyond}"
+    return f"{number + 1} of {len(search.modes)}{beyond}"
 
 
 def plain(text: str) -> str:

@@ -190,6 +190,7 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _modes(options: argparse.Namespace) -> int:
+    from parakin.branches import modes
     from parakin.compiler import compile as compile_mechanism
     from parakin.expressions import Parameters
     from parakin.report import modes_report
@@ -206,7 +207,7 @@ def _modes(options: argparse.Namespace) -> int:
         )
         for name, text in _parameters(options.at, "--at").items()
     }
-    found = solver.branches(values, options.starts)
+    found = modes(solver, values, options.starts)
     with _stdout_told():
         _console(width=_WIDE).print(modes_report(solver.graph, solver.driven, found))
     return 0
@@ -294,10 +295,12 @@ def _solve(options: argparse.Namespace) -> int:
     console.print(title, style="bold", markup=False)
     console.print(solve_report(run.last, run.found, run.seconds))
     if options.singularities:
+        from parakin.singularities import singularities
+
         picture = run.picture()
         whole = picture.sizes["time"] == motion.count  # a long motion is thinned
         console.print(
-            singularities_report(solver.singularities(picture, motion if whole else None))
+            singularities_report(singularities(solver, picture, motion if whole else None))
         )
     written = [str(path) for path in (output, options.plot, options.animate) if path is not None]
     if written:

@@ -10,7 +10,7 @@ from typing import Any
 
 from parakin.assembly import CLOSED, Configuration, assembled, close
 from parakin.atlas import beside
-from parakin.branches import branches
+from parakin.branches import modes_of
 from parakin.errors import AssemblyError, DrivenError, InputError, nearest
 from parakin.expressions import Value
 from parakin.files import load
@@ -47,8 +47,8 @@ def compile(
     iterates needs them and keeps them.
     cut: joints to leave out of the spanning tree that is solved; by default those that make the
     smallest systems. It changes the speed and not the result.
-    near: another assembly: its coordinates, as a `Branch` has them, or its name as
-    `Solver.branches` and `parakin modes` tell it. The solver's home is the closed configuration
+    near: another assembly mode: its coordinates, as a `Mode` has them, or its name as
+    `parakin.modes` and `parakin modes` tell it. The solver's home is the closed configuration
     nearest to it, and its branch the one followed.
     machine_code: False runs on NumPy arrays; None takes machine code where heyoka is installed.
     parameters: overrides by name.
@@ -76,8 +76,8 @@ def compile(
             raise InputError("cut", f"unknown joint {name!r}", nearest(name, joints))
     own = home = assembled(graph)
     if isinstance(near, str):
-        search = branches(plan_of(graph, numbers, home, everywhere=True))
-        named = {branch.name: branch.coordinates for branch in search.branches}
+        search = modes_of(plan_of(graph, numbers, home, everywhere=True))
+        named = {mode.name: mode.coordinates for mode in search.modes}
         if near not in named:
             raise InputError("near", f"unknown branch {near!r}", nearest(near, named))
         near = named[near]

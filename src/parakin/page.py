@@ -33,7 +33,7 @@ from parakin.errors import InputError
 from parakin.outputs import check_suffix, replacing
 from parakin.report import Extremes, flag_words, mobility_lines, singularity_lines
 from parakin.scheme import scheme
-from parakin.singularities import Closeness
+from parakin.singularities import Closeness, singularities
 from parakin.solver import Solver
 
 if TYPE_CHECKING:
@@ -321,7 +321,7 @@ def _closeness(solved: Solved) -> tuple[Closeness | None, str]:
     whole = solved.picture.sizes["time"] == solved.motion.count
     try:
         motion = solved.motion if whole else None
-        return solved.solver.singularities(solved.picture, motion), ""
+        return singularities(solved.solver, solved.picture, motion), ""
     except InputError as error:
         return None, f"Types of singularity are not told apart: {error}"
 

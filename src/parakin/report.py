@@ -202,7 +202,7 @@ def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> Renderab
     angles = {c.name: c.angle for c in graph.coordinates}
     heading = [f"{n} [{'deg' if angles[n] else 'mm'}]" for n in found.told_by]
     table = _table("branch", *heading, "conditioning", "found", "variants", "beyond limits")
-    for branch in found.branches:
+    for branch in found.modes:
         values = [
             f"{(math.degrees(1.0) if angles[n] else 1e3) * branch.coordinates[n]:z.3f}"
             for n in found.told_by

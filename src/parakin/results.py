@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,20 +20,57 @@ from parakin.rows import (
     POINT,
     POSITION,
     VELOCITY,
+    Outputs,
 )
 from parakin.status import Status
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from parakin.graph import Graph
     from parakin.motion import Motion
-    from parakin.solver import Solver
 
 _UNITS = ("m or rad", "m or rad s-1", "m or rad s-2", "m or rad s-3")
 
 
+@dataclass(frozen=True)
+class Labels:
+    """What all results of a solver have in common: rows, names, home's values and the graph."""
+
+    graph: Graph
+    rows: Outputs
+    coordinates: tuple[str, ...]
+    driven: tuple[str, ...]
+    home: Mapping[str, float]
+
+    @cached_property
+    def common(self) -> tuple[dict[Hashable, xr.Variable], dict[Hashable, xr.Index]]:
+        """Names of coordinates, their units and what drives, with their indexes."""
+        import xarray as xr
+
+        graph = self.graph
+        numbers = {c.name: k for k, c in enumerate(graph.coordinates)}
+        units = [
+            "rad" if name in graph.cones else graph.coordinates[numbers[name]].unit
+            for name in self.coordinates
+        ]
+        actuated = [
+            name in numbers and graph.coordinates[numbers[name]].actuated
+            for name in self.coordinates
+        ]
+        labels = xr.Coordinates(
+            {
+                "coordinate": list(self.coordinates),
+                "unit": ("coordinate", units),
+                "actuated": ("coordinate", actuated),
+                "driven": ("coordinate", [name in self.driven for name in self.coordinates]),
+            }
+        )
+        return dict(labels.variables), dict(labels.xindexes)
+
+
 def dataset(
-    solver: Solver,
+    of: Labels,
     motion: Motion,
     time: FloatArray,
     out: FloatArray,
@@ -46,17 +85,17 @@ def dataset(
     """
     import xarray as xr
 
-    rows, over = solver.told, ("time", "coordinate")
+    rows, over = of.rows, ("time", "coordinate")
     variables: dict[str, Any] = {
         quantity: (over, out[rows.order(k)].T, {"units": _UNITS[k]})
-        for k, quantity in enumerate(ORDERS[: solver.derivatives + 1])
+        for k, quantity in enumerate(ORDERS[: rows.derivatives + 1])
     }
     residual = {"long_name": "norm of all closure rows", "units": "m"}
     variables |= {
         "status": ("time", status, _status_attributes()),
         "residual": ("time", out[rows.residual], residual),
         "conditioning": ("time", out[rows.conditioning], {"units": "1"}),
-        "home": ("coordinate", [solver.home.get(name, np.nan) for name in solver.coordinates]),
+        "home": ("coordinate", [of.home.get(name, np.nan) for name in of.coordinates]),
     }
     labels = {"time": xr.Variable("time", time, {"units": "s"})}
     if figures is not None:
@@ -65,40 +104,14 @@ def dataset(
         known = {"body": list(points), "axis": list("xyz"), "quaternion": list("wxyz")}
         labels |= {name: xr.Variable(name, values) for name, values in known.items()}
     attributes = {
-        "mechanism": solver.mechanism.name,
+        "mechanism": of.graph.mechanism.name,
         "motion": motion.name,
         "motion_derivatives": motion.derivatives,
-        "characteristic_length": solver.graph.length,
+        "characteristic_length": of.graph.length,
     }
-    common, indexes = solver.labels
+    common, indexes = of.common
     indexes = indexes | {n: xr.indexes.PandasIndex(v.values, n) for n, v in labels.items()}
     return xr.Dataset(variables, xr.Coordinates(common | labels, indexes), attributes)
-
-
-def labels_of(solver: Solver) -> tuple[dict[Hashable, xr.Variable], dict[Hashable, xr.Index]]:
-    """What is the same in every result: names of coordinates, their units, what drives; with
-    their indexes.
-    """
-    import xarray as xr
-
-    graph = solver.graph
-    numbers = {c.name: k for k, c in enumerate(graph.coordinates)}
-    units = [
-        "rad" if name in graph.cones else graph.coordinates[numbers[name]].unit
-        for name in solver.coordinates
-    ]
-    actuated = [
-        name in numbers and graph.coordinates[numbers[name]].actuated for name in solver.coordinates
-    ]
-    labels = xr.Coordinates(
-        {
-            "coordinate": list(solver.coordinates),
-            "unit": ("coordinate", units),
-            "actuated": ("coordinate", actuated),
-            "driven": ("coordinate", [name in solver.driven for name in solver.coordinates]),
-        }
-    )
-    return dict(labels.variables), dict(labels.xindexes)
 
 
 def require_solved(ds: xr.Dataset) -> xr.Dataset:

@@ -72,13 +72,17 @@ class Closeness:
     crossings: tuple[Crossing, ...]
 
 
-def closeness(solver: Solver, result: xr.Dataset, motion: Motion | None = None) -> Closeness:
-    """How near a solved motion comes to each kind of singularity.
+def singularities(
+    solver: Solver, result: xr.Dataset, motion: Motion | str | None = None
+) -> Closeness:
+    """How near a solved motion comes to singularities of each kind, and where it crosses one,
+    between samples too.
 
     result: what `solver.solve` gave; flagged samples come out as NaN. motion: what was solved;
     with it the place where it stopped, if it did, is looked into too. Raises InputError where the
     mechanism has no actuated coordinates, or not as many as are driven, or no other outputs.
     """
+    motion = solver.motion(motion) if isinstance(motion, str) else motion
     sets = sets_of(solver)
     solved = np.isin(result["status"].values, SOLVED)
     good = solved.copy()

@@ -7,7 +7,7 @@ arrays; `solve` a motion, as a labelled Dataset; `stream` a motion of any length
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -18,21 +18,18 @@ from numpy.typing import ArrayLike
 
 from parakin import closure
 from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
-from parakin.assembly import Configuration, circuits_at, configure, coordinate_scales
+from parakin.assembly import Configuration, circuits_at, coordinate_scales
 from parakin.atlas import Chart
 from parakin.bodies import Points, points_of
-from parakin.branches import Search, branches
 from parakin.course import Course
-from parakin.errors import InputError, nearest
+from parakin.errors import InputError
 from parakin.files import load_motion
 from parakin.graph import Graph
 from parakin.kernel import newton_unknowns
 from parakin.motion import Motion, Samples, from_laws, polynomial345
-from parakin.ordering import plan_of
 from parakin.plan import Plan
-from parakin.results import dataset, labels_of, quaternions
+from parakin.results import Labels, dataset, quaternions
 from parakin.rows import ORIENTATION, POINT, POSITION, Outputs
-from parakin.singularities import Closeness, closeness
 from parakin.spatial import FLOATS
 from parakin.status import (
     RESIDUAL,
@@ -115,6 +112,7 @@ class Solver:
         self._outputs = outputs
         self.told = replace(outputs, coordinates=outputs.coordinates[:reported])
         self.layout = self._chart.layout
+        self._labels = Labels(graph, self.told, self.coordinates, self.driven, self.home)
         self._iterated = newton_unknowns(plan)
         self.iterated = tuple(self._name(c) for c in self._iterated)
         self._hidden = tuple(n for n in self.iterated if n not in self.coordinates)
@@ -523,11 +521,6 @@ class Solver:
         ]
 
     @cached_property
-    def labels(self) -> tuple[dict[Hashable, xr.Variable], dict[Hashable, xr.Index]]:
-        """What its results have in common: names of coordinates, their units, what drives."""
-        return labels_of(self)
-
-    @cached_property
     def _units(self) -> FloatArray:
         """Of driven coordinates: 1 for angles, else the characteristic length."""
         return coordinate_scales(self.graph)[list(self.plan.driven)]
@@ -583,30 +576,6 @@ class Solver:
         (result,) = self.stream(motion, max(motion.count, 1), bodies=bodies, parallel=parallel)
         return result
 
-    def branches(self, values: Mapping[str, float] | None = None, starts: int = 8192) -> Search:
-        """The real assemblies for driven values (home's where not given), by many random starts.
-
-        With the platform driven these are the working modes, with the actuators driven the
-        assembly modes. A search, not a proof: `unseen` of the answer says how sure it is. A
-        solver for another branch: `compile(..., near=branch.coordinates)`.
-        Raises InputError on names that are not driven.
-        """
-        for name in values or {}:
-            if name not in self.driven:
-                raise InputError("values", f"{name!r}", nearest(name, self.driven))
-        home = configure(self.plan.graph, self.plan.tree, self.plan.home)
-        home = configure(self.graph, self.graph.posed_tree(), home.q[: len(self.graph.coordinates)])
-        plan = plan_of(self.graph, self.plan.driven, home, zero=self.plan.zero, everywhere=True)
-        return branches(plan, values, starts)
-
-    def singularities(self, result: xr.Dataset, motion: Motion | str | None = None) -> Closeness:
-        """How near a solved motion comes to singularities of each kind, where it crosses one,
-        between samples too, and, with the `motion` that was solved, which one ended it
-        (Gosselin and Angeles 1990, Zlatanov et al. 1995). Raises InputError.
-        """
-        motion = self.motion(motion) if isinstance(motion, str) else motion
-        return closeness(self, result, motion)
-
     def stream(
         self,
         motion: Motion,
@@ -633,7 +602,9 @@ class Solver:
             out = self._told(pieces, len(status))
             self._limit(out, status)
             figures = self._figures(points, pieces, samples, parallel) if points else None
-            ds = dataset(self, motion, samples.time, out, status, list(points), figures, last)
+            ds = dataset(
+                self._labels, motion, samples.time, out, status, list(points), figures, last
+            )
             last = ds
             yield ds
 
@@ -647,7 +618,7 @@ class Solver:
         status = np.broadcast_to(np.int8(Status.NOT_REACHED), n)
         figures = np.broadcast_to(np.nan, (POINT * len(points), n)) if points else None
         time = motion.window(0, n).time
-        return dataset(self, motion, time, out, status, list(points), figures)
+        return dataset(self._labels, motion, time, out, status, list(points), figures)
 
     def _driving(self, motion: Motion) -> Motion:
         """The motion, its rows in the order of the driven coordinates, if it can be solved."""

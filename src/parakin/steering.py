@@ -10,6 +10,7 @@ from functools import partial
 from typing import Any, Protocol
 
 from parakin.arrays import FloatArray
+from parakin.branches import modes
 from parakin.captions import HOME, Standing, branch_words, plain, unit_of
 from parakin.drive import Drive, Stop, choices, driven_by
 from parakin.errors import ParakinError
@@ -161,8 +162,8 @@ class Steering:
         self._page.say("searching …")
         values = dict(zip(drive.solver.driven, drive.y.tolist(), strict=True))
         own = self._drives[self._set, HOME]
-        search = own.solver.branches(values)  # numbered from the mechanism's home
-        poses = [branch.coordinates for branch in search.branches]
+        search = modes(own.solver, values)  # numbered from the mechanism's home
+        poses = [branch.coordinates for branch in search.modes]
         labels = [branch_words(k, search) for k in range(len(poses))]
         here = home = drive.nearest(poses, search.told_by)
         if self._label != HOME:  # numbers are new with every search
