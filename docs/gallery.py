@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import parakin
-from parakin.painting import picture
-from parakin.recording import recorded
-from parakin.repertoire import Repertoire, Shown
-from parakin.scheme import save, scheme
+from parakin.views.browser.recording import recorded
+from parakin.views.browser.repertoire import Repertoire, Shown
+from parakin.views.scheme.scheme import save, scheme
+from parakin.views.solids.painting import picture
 
 _HERE = Path(__file__).parent
 _FRAME = """```{{raw}} html
@@ -80,7 +80,7 @@ def _index(names: list[str]) -> str:
 
 def _page(shown: Shown) -> str:
     mechanism = shown.mechanism
-    file = Path(parakin.__file__).parent / "catalog" / f"{shown.name}.toml"
+    file = Path(parakin.__file__).parent / "catalogue" / f"{shown.name}.toml"
     motion = ""
     if shown.motions:
         title = str(mechanism.motions[shown.motions[0]].get("title", shown.motions[0]))

@@ -14,8 +14,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import parakin
-from parakin import scheme
-from parakin.plots import histories, save
+from parakin.views.plots import histories, save
+from parakin.views.scheme import scheme
 
 SLIDERS = ["A2", "B3", "C3"]
 EVOLUTIONS = {"vertical": 3, "rectilinear": 6, "general": 9}

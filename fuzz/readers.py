@@ -18,10 +18,10 @@ import atheris
 
 with atheris.instrument_imports(include=["parakin"]):
     import parakin
-    from parakin.exports import export
-    from parakin.files import load_motion
-    from parakin.graph import graph_of
-    from parakin.tables import write
+    from parakin.exports.suffixes import export
+    from parakin.files.reading import load_motion
+    from parakin.files.tables import write
+    from parakin.model.graph import graph_of
 
 LINKAGE = "four-bar"  # whose motions are read, and whose URDF the YAML is read beside
 WORDS = """
@@ -41,7 +41,7 @@ def seeds(folder: Path) -> None:
     """One file for each reader and mechanism, its first byte the reader's number."""
     names = sorted(parakin.catalogue())
     for number, name in enumerate(names):
-        text = Path(parakin.__file__).with_name("catalog") / f"{name}.toml"
+        text = Path(parakin.__file__).with_name("catalogue") / f"{name}.toml"
         (folder / f"{name}-toml").write_bytes(b"\0" + text.read_bytes())
         if number % 3:
             continue  # models are long, and much alike

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 from parakin.arrays import FloatArray
-from parakin.repertoire import Repertoire
-from parakin.session import Session
-from parakin.viewer import Viewer, serving
+from parakin.views.browser.repertoire import Repertoire
+from parakin.views.browser.session import Session
+from parakin.views.browser.viewer import Viewer, serving
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 _FLAGS = (

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 import parakin
-from parakin.machine import has_machine_code
+from parakin.kernel.backends import has_machine_code
 
 READINGS = [
     pytest.param(

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import parakin
-from parakin.motion import Motion, Samples
+from parakin.motion.motion import Motion, Samples
 
 Array = NDArray[np.float64]
 

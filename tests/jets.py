@@ -5,7 +5,7 @@ from __future__ import annotations
 import closed_form
 from closed_form import Jet, jet
 
-from parakin.spatial import Functions
+from parakin.algebra.spatial import Functions
 
 
 def jet_functions() -> Functions:

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from random_mechanisms import MOVES, UNIVERSAL, Pose
 
 import parakin
-from parakin.graph import GraphJoint, Placement
-from parakin.motion import Law, Motion, from_laws, sines
+from parakin.model.graph import GraphJoint, Placement
+from parakin.motion.laws import Law, from_laws, sines
+from parakin.motion.motion import Motion
 
 Array = NDArray[np.float64]
 BALLS = ("spherical", "free")

@@ -21,12 +21,12 @@ from scipy.spatial.transform import Rotation
 from test_from_literature import GOLDBERG
 
 import parakin
-from parakin.analysis import Mobility, mobility
-from parakin.assembly import assembled
-from parakin.branches import Mode, Search
-from parakin.files import mechanism_from_table
-from parakin.graph import graph_of
-from parakin.motion import constant, from_laws, polynomial345
+from parakin.analysis.mobility import Mobility, mobility
+from parakin.files.reading import mechanism_from_table
+from parakin.kinematics.assembly import assembled
+from parakin.model.graph import graph_of
+from parakin.motion.laws import constant, from_laws, polynomial345
+from parakin.solving.modes import Mode, Search
 
 FloatArray = NDArray[np.float64]
 State = dict[str, tuple[float, float, float]]  # position, velocity, acceleration by coordinate

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from parakin import Body, Frame, Joint, Mechanism
-from parakin.assembly import assembled, coordinate_scales, freedoms
-from parakin.graph import graph_of
-from parakin.mechanism import Kind, Platform
+from parakin.kinematics.assembly import assembled, coordinate_scales, freedoms
+from parakin.model.graph import graph_of
+from parakin.model.mechanism import Kind, Platform
 
 Array = NDArray[np.float64]
 

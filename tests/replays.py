@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from parakin.arrays import ORDERS
-from parakin.motion import Motion, Samples
+from parakin.motion.motion import Motion, Samples
 
 
 def replayed(result: xr.Dataset, names: Sequence[str]) -> Motion:

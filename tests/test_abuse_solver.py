@@ -22,9 +22,9 @@ from oracle import gaps, ordered
 
 import parakin
 from parakin import Status
-from parakin.machine import has_machine_code
-from parakin.motion import constant, from_laws
-from parakin.recorded import from_arrays
+from parakin.kernel.backends import has_machine_code
+from parakin.motion.laws import constant, from_laws
+from parakin.motion.sampled import from_arrays
 
 FloatArray = NDArray[np.float64]
 
@@ -330,7 +330,7 @@ def test_a_solved_motion_is_the_same_every_time_and_on_all_cores() -> None:
 
 WRITING = """
 import importlib, os, sys
-from parakin.cli import main
+from parakin.cli.main import main
 
 for needed in ("pandas", "h5netcdf", "pyarrow.parquet", "lxml", "yaml"):
     try:
@@ -362,7 +362,7 @@ def commands(suffix: str, folder: Path) -> tuple[list[list[str]], list[str]]:
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="the system has no SIGKILL")
 @pytest.mark.parametrize("suffix", [".csv", ".nc", ".parquet", ".urdf", ".c"])
 def test_a_process_killed_leaves_the_old_file_or_the_new_one(suffix: str, tmp_path: Path) -> None:
-    from parakin.cli import main
+    from parakin.cli.main import main
 
     if suffix in (".nc", ".parquet"):
         pytest.importorskip("h5netcdf" if suffix == ".nc" else "pyarrow")

@@ -6,9 +6,9 @@ import pytest
 
 import parakin
 from parakin import Body, Frame, Joint, Mechanism
-from parakin.analysis import Mobility, mobility
-from parakin.assembly import assembled
-from parakin.graph import graph_of
+from parakin.analysis.mobility import Mobility, mobility
+from parakin.kinematics.assembly import assembled
+from parakin.model.graph import graph_of
 
 
 def found(mechanism: Mechanism) -> Mobility:

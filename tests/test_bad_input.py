@@ -22,11 +22,11 @@ from hypothesis import strategies as st
 
 import parakin
 from parakin import InputError
-from parakin.assembly import assembled
-from parakin.cli import main
-from parakin.files import mechanism_from_table
-from parakin.graph import graph_of
-from parakin.mechanism import Kind
+from parakin.cli.main import main
+from parakin.files.reading import mechanism_from_table
+from parakin.kinematics.assembly import assembled
+from parakin.model.graph import graph_of
+from parakin.model.mechanism import Kind
 
 LINKAGE = """
 name = "linkage"
@@ -711,7 +711,7 @@ def test_a_motion_that_cannot_be_had(arguments: list[str], said: str, refusal: R
 
 
 def test_a_motion_of_other_coordinates_is_refused_in_python_too() -> None:
-    from parakin.motion import constant, from_laws
+    from parakin.motion.laws import constant, from_laws
 
     solver = parakin.compile("linkage.toml", machine_code=False)
     for laws in ({"B": constant(0.0)}, {"A": constant(0.0), "B": constant(0.0)}):
@@ -885,11 +885,11 @@ def test_an_unknown_body_or_point_is_named() -> None:
 
 LIMITED = """
 import resource, sys
-import parakin.solver
-from parakin.cli import main
+import parakin.solving.compiler
+from parakin.cli.main import main
 
 # heyoka keeps what it compiles on disk too: not in here
-parakin.solver.has_machine_code = lambda: False
+parakin.solving.compiler.has_machine_code = lambda: False
 resource.setrlimit(resource.RLIMIT_FSIZE, (9000, 9000))
 sys.exit(main())
 """

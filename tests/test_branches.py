@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import parakin
-from parakin.cli import main
-from parakin.plan import Plan
+from parakin.cli.main import main
+from parakin.planning.plan import Plan
 
 SLIDERS = ["A2", "B3", "C3"]
 

@@ -13,8 +13,9 @@ import pytest
 from engines import along
 
 import parakin
-from parakin import Status, exports
-from parakin.status import Status as Flag
+from parakin import Status
+from parakin.exports import suffixes as exports
+from parakin.solving.status import Status as Flag
 
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O1")

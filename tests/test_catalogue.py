@@ -11,10 +11,10 @@ from catalogue_forms import FORMS
 from replays import replayed
 
 import parakin
-from parakin.analysis import mobility
-from parakin.assembly import assembled
-from parakin.graph import graph_of
-from parakin.status import Status
+from parakin.analysis.mobility import mobility
+from parakin.kinematics.assembly import assembled
+from parakin.model.graph import graph_of
+from parakin.solving.status import Status
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,9 +8,9 @@ from closed_form import MP, Jet, jet
 from jets import jet_functions
 
 import parakin
-from parakin.graph import graph_of
-from parakin.kernel import newton_unknowns, trace
-from parakin.rows import Outputs
+from parakin.kernel.pose import newton_unknowns, trace
+from parakin.kernel.rows import Outputs
+from parakin.model.graph import graph_of
 
 NAMES = [name for name in parakin.catalogue() if name != "flight-simulator-upu"]
 

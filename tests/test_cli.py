@@ -16,10 +16,12 @@ import pytest
 import xarray as xr
 
 import parakin
-from parakin import Status, plots, tables
+from parakin import Status
 from parakin.arrays import ORDERS
-from parakin.cli import main
-from parakin.files import catalogue
+from parakin.cli.main import main
+from parakin.files import tables
+from parakin.files.reading import catalogue
+from parakin.views import plots
 
 SOLVE = ("solve", "flight-simulator", "general")
 # The platform is raised by 3 m, far beyond its legs, after 1 s at rest.
@@ -519,7 +521,7 @@ def test_help_costs_no_heavy_import() -> None:
     done = process(
         "-c",
         "import sys\n"
-        "from parakin.cli import main\n"
+        "from parakin.cli.main import main\n"
         "try:\n    main(['solve', '--help'])\nexcept SystemExit as end:\n    assert not end.code\n"
         "print('loaded:', *sorted(sys.modules))",
     )
@@ -559,7 +561,7 @@ def test_a_progress_bar_comes_only_when_it_takes_long(
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("TERM", "xterm-256color")
     assert "solving" not in run(*SOLVE, "--rate", "10")[2]
-    monkeypatch.setattr("parakin.cli._PATIENCE", -1.0)
+    monkeypatch.setattr("parakin.cli.main._PATIENCE", -1.0)
     assert "solving" in run(*SOLVE, "--rate", "10")[2]
     monkeypatch.delenv("FORCE_COLOR")
     assert "solving" not in run(*SOLVE, "--rate", "10")[2]

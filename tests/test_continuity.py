@@ -17,10 +17,11 @@ from replays import replayed
 from scipy.spatial.transform import Rotation
 
 import parakin
-from parakin import Body, Frame, Joint, Mechanism, Status, closed_forms
-from parakin.course import Course, hermite
-from parakin.motion import constant, cosine, from_laws, polynomial345, sine, sines
-from parakin.recorded import from_arrays
+from parakin import Body, Frame, Joint, Mechanism, Status
+from parakin.motion.course import Course, hermite
+from parakin.motion.laws import constant, cosine, from_laws, polynomial345, sine, sines
+from parakin.motion.sampled import from_arrays
+from parakin.planning import closed_forms
 
 LOOP = """
 name = "loop"

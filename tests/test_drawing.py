@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from random_mechanisms import Example, examples
 
 import parakin
-from parakin.assembly import assembled
-from parakin.drawing import Drawing, drawing_of
-from parakin.graph import graph_of
-from parakin.painting import Painter
-from parakin.shapes import Bar, Mesh, mesh, spread
+from parakin.kinematics.assembly import assembled
+from parakin.model.graph import graph_of
+from parakin.views.solids.drawing import Drawing, drawing_of
+from parakin.views.solids.painting import Painter
+from parakin.views.solids.shapes import Bar, Mesh, mesh, spread
 
 
 def _drawn(mechanism: parakin.Mechanism) -> Drawing:

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import parakin
-from parakin.drive import Drive, choices, driven_by
-from parakin.status import Status
+from parakin.solving.status import Status
+from parakin.views.browser.drive import Drive, choices, driven_by
 
 
 def _drive(name: str, *driven: str) -> Drive:

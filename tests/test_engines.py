@@ -11,8 +11,8 @@ import pytest
 from engines import Moving, MujocoTwin, PinocchioTwin, along, rotation
 
 import parakin
-from parakin import exports
-from parakin.status import Status
+from parakin.exports import suffixes as exports
+from parakin.solving.status import Status
 
 if TYPE_CHECKING:
     import xarray as xr

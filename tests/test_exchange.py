@@ -15,13 +15,14 @@ from random_mechanisms import Example, examples
 from test_from_literature import JACK
 
 import parakin
-from parakin import exports, files
-from parakin.analysis import mobility
-from parakin.assembly import assembled
-from parakin.cli import main
+from parakin.analysis.mobility import mobility
+from parakin.cli.main import main
 from parakin.errors import AssemblyError, InputError
-from parakin.graph import graph_of
-from parakin.mechanism import Mechanism
+from parakin.exports import suffixes as exports
+from parakin.files import reading as files
+from parakin.kinematics.assembly import assembled
+from parakin.model.graph import graph_of
+from parakin.model.mechanism import Mechanism
 
 mujoco = pytest.importorskip("mujoco")
 pytest.importorskip("lxml")
@@ -198,7 +199,7 @@ def test_frames_are_where_mujoco_has_them(tmp_path: Path) -> None:
     model = mujoco.MjModel.from_xml_string(bare)
     data = mujoco.MjData(model)
     rng = np.random.default_rng(3)
-    from parakin.assembly import configure
+    from parakin.kinematics.assembly import configure
 
     for _ in range(5):
         q = rng.uniform(-1, 1, len(graph.coordinates))

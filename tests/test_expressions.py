@@ -12,7 +12,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from parakin import InputError
-from parakin.expressions import (
+from parakin.model.expressions import (
     ANGLE,
     BARE,
     FREQUENCY,

@@ -10,9 +10,10 @@ import pytest
 import xarray as xr
 
 import parakin
-from parakin import Status, film
-from parakin.cli import main
-from parakin.drawing import Drawing, drawing_of
+from parakin import Status
+from parakin.cli.main import main
+from parakin.views import film
+from parakin.views.solids.drawing import Drawing, drawing_of
 
 pytest.importorskip("matplotlib")
 

@@ -10,11 +10,11 @@ import pytest
 from replays import replayed
 
 import parakin
-from parakin.analysis import mobility
-from parakin.assembly import assembled
-from parakin.graph import graph_of
-from parakin.motion import from_laws, polynomial345
-from parakin.status import Status
+from parakin.analysis.mobility import mobility
+from parakin.kinematics.assembly import assembled
+from parakin.model.graph import graph_of
+from parakin.motion.laws import from_laws, polynomial345
+from parakin.solving.status import Status
 
 UNKNOWNS = "A1 A2 A3 B1.1 B1.2 B3 C1.1 C1.2 C3 D1 E1 E2P".split()
 EXAMPLES = {1: "vertical", 2: "rectilinear", 3: "general"}

@@ -10,11 +10,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import parakin
-from parakin import Status, files
-from parakin.analysis import mobility
-from parakin.assembly import assembled
-from parakin.graph import graph_of
-from parakin.motion import constant, from_laws, polynomial345
+from parakin import Status
+from parakin.analysis.mobility import mobility
+from parakin.files import reading as files
+from parakin.kinematics.assembly import assembled
+from parakin.model.graph import graph_of
+from parakin.motion.laws import constant, from_laws, polynomial345
 
 GOLDBERG = """
 name = "goldberg"

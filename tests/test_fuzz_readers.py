@@ -19,9 +19,9 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 import parakin
-from parakin.exports import export
-from parakin.files import load_motion
-from parakin.graph import graph_of
+from parakin.exports.suffixes import export
+from parakin.files.reading import load_motion
+from parakin.model.graph import graph_of
 
 SOON = 10.0  # seconds for any one file, on a slow machine
 NEEDED = {".xml": ("lxml", "mujoco"), ".urdf": ("lxml",), ".yaml": ("lxml", "yaml")}
@@ -72,7 +72,7 @@ MOTION = "time [s],A [deg]\n" + "".join(f"{k / 10},{70 + k}\n" for k in range(20
 def good(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[str]]:
     """Texts of sound files, by suffix."""
     folder = tmp_path_factory.mktemp("good")
-    catalogue = Path(parakin.__file__).with_name("catalog")
+    catalogue = Path(parakin.__file__).with_name("catalogue")
     names = ("four-bar", "flight-simulator", "delta")
     texts = {".toml": [LEG, *((catalogue / f"{n}.toml").read_text("utf-8") for n in names)]}
     models = [parakin.load(name) for name in names]
@@ -637,7 +637,7 @@ import json, os, resource, sys
 from pathlib import Path
 import parakin
 
-folder, catalogue = Path(sys.argv[1]), Path(parakin.__file__).with_name("catalog")
+folder, catalogue = Path(sys.argv[1]), Path(parakin.__file__).with_name("catalogue")
 os.chdir(folder)
 read = {}
 
@@ -709,7 +709,7 @@ def test_no_other_file_is_opened_and_memory_is_bounded(tmp_path: Path) -> None:
 def test_a_check_of_one_of_the_largest_mechanisms_ends(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from parakin.cli import main
+    from parakin.cli.main import main
 
     count = 133
     text = chain(count, "spherical")

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import parakin
 from parakin import Status
-from parakin.machine import has_machine_code
+from parakin.kernel.backends import has_machine_code
 
 LEGS = [f"P{i}" for i in range(1, 7)]
 COUNT = 50_000 if has_machine_code() else 2_000

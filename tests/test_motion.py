@@ -14,14 +14,15 @@ from mpmath import mp
 from numpy.testing import assert_allclose, assert_array_equal
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
 
-from parakin import motion
 from parakin.arrays import FloatArray
 from parakin.errors import InputError
-from parakin.expressions import ANGLE, LENGTH, Parameters
-from parakin.motion import Law, Motion, from_laws
-from parakin.motion_table import flatten, from_table
-from parakin.recorded import from_arrays
-from parakin.validation import input_error, validated
+from parakin.files.motion_table import flatten, from_table
+from parakin.model.expressions import ANGLE, LENGTH, Parameters
+from parakin.model.validation import input_error, validated
+from parakin.motion import laws
+from parakin.motion.laws import Law, from_laws
+from parakin.motion.motion import Motion
+from parakin.motion.sampled import from_arrays
 
 PATIENT = settings(deadline=None)  # the first spline imports scipy
 EPS = float(np.finfo(float).eps)
@@ -70,13 +71,13 @@ def same_in_mpmath(law: str) -> Callable[[Any], Any]:
 
 
 LAWS: dict[str, Law] = {
-    "constant": motion.constant(0.7),
-    "cosine": motion.cosine(0.1, -0.3, 2.0, 0.25),
-    "polynomial345": motion.polynomial345(0.1, -0.3, 2.0, 0.25),
-    "polynomial4567": motion.polynomial4567(0.1, -0.3, 2.0, 0.25),
-    "sine": motion.sine(0.5, 0.2, 1.5, 1.0),
-    "sines": motion.sines(0.5, [(0.2, 1.0, 0.0), (1.0, 3.0, 2.0)]),
-    "chirp": motion.chirp(0.5, 0.2, 0.5, 4.0, 3.0, 1.0),
+    "constant": laws.constant(0.7),
+    "cosine": laws.cosine(0.1, -0.3, 2.0, 0.25),
+    "polynomial345": laws.polynomial345(0.1, -0.3, 2.0, 0.25),
+    "polynomial4567": laws.polynomial4567(0.1, -0.3, 2.0, 0.25),
+    "sine": laws.sine(0.5, 0.2, 1.5, 1.0),
+    "sines": laws.sines(0.5, [(0.2, 1.0, 0.0), (1.0, 3.0, 2.0)]),
+    "chirp": laws.chirp(0.5, 0.2, 0.5, 4.0, 3.0, 1.0),
 }
 
 
@@ -104,7 +105,7 @@ def test_a_law_may_leave_out_the_jerk_and_no_more() -> None:
 
 def test_cosine_is_equation_6_of_the_paper() -> None:
     home, x_star = 1.8, 0.05
-    samples = from_laws("paper", {"x": motion.cosine(home, 2 * x_star, 3.0)}, 3.0, 1000.0).samples()
+    samples = from_laws("paper", {"x": laws.cosine(home, 2 * x_star, 3.0)}, 3.0, 1000.0).samples()
     assert_allclose(
         samples.position[0],
         home + x_star * (1 - np.cos(np.pi / 3 * samples.time)),
@@ -119,7 +120,7 @@ def test_cosine_is_equation_6_of_the_paper() -> None:
     )
 
 
-REST_TO_REST = [motion.cosine, motion.polynomial345, motion.polynomial4567]
+REST_TO_REST = [laws.cosine, laws.polynomial345, laws.polynomial4567]
 finite = st.floats(-10, 10)
 positive = st.floats(0.01, 100)
 
@@ -143,7 +144,7 @@ def test_rest_to_rest_laws_rest_at_and_beyond_both_ends(
     assert_allclose(velocity, 0, atol=10 * late * abs(by) / duration, rtol=0)
     assert_array_equal(velocity[[0, 3]], 0)
     assert_array_equal(acceleration[[0, 3]], 0)
-    if make is not motion.cosine:
+    if make is not laws.cosine:
         atol = 1000 * late * abs(by) / duration**2
         assert_allclose(acceleration, 0, atol=atol, rtol=0)
 
@@ -158,7 +159,7 @@ def test_waypoints_are_met_and_begin_and_end_at_rest(
 ) -> None:
     times = np.cumsum([0.5, *steps])
     x = np.array(values[: len(times)])
-    law = motion.waypoints(times, x)
+    law = laws.waypoints(times, x)
     position, velocity, acceleration, _ = law(times)
     # Ten times as fine steps reach ten thousandfold the fourth derivative: hence 1e-9.
     assert_allclose(position, x, atol=1e-9, rtol=0)
@@ -172,14 +173,14 @@ def test_waypoints_are_met_and_begin_and_end_at_rest(
 def test_two_waypoints_are_the_polynomial345() -> None:
     """The one quintic that rests at both ends."""
     t = np.linspace(0, 3, 301)
-    through = motion.waypoints([0.5, 2.5], [1.0, 4.0])(t)
-    for got, expected in zip(through, motion.polynomial345(1.0, 3.0, 2.0, 0.5)(t), strict=True):
+    through = laws.waypoints([0.5, 2.5], [1.0, 4.0])(t)
+    for got, expected in zip(through, laws.polynomial345(1.0, 3.0, 2.0, 0.5)(t), strict=True):
         assert_allclose(got, expected, atol=1e-13)
 
 
 def test_waypoints_are_smooth_between() -> None:
     times = np.array([0.0, 0.4, 1.0, 1.3, 2.0])
-    law = motion.waypoints(times, [0.0, 1.0, -0.5, 0.2, 0.0])
+    law = laws.waypoints(times, [0.0, 1.0, -0.5, 0.2, 0.0])
     for end in times[1:-1]:
         before, after = np.array([end - 1e-9]), np.array([end + 1e-9])
         for a, b in zip(law(before), law(after), strict=True):
@@ -207,7 +208,7 @@ def test_waypoints_are_smooth_between() -> None:
 )
 def test_waypoints_refuse(times: Any, values: Any, parts: list[str]) -> None:
     with pytest.raises(InputError) as error:
-        motion.waypoints(times, values)
+        laws.waypoints(times, values)
     for part in parts:
         assert part in refusal(error)
 
@@ -218,7 +219,7 @@ def test_laws_refuse_durations(duration: float) -> None:
         with pytest.raises(InputError, match=f"duration: found {duration:g}; expected a positive"):
             make(0.0, 1.0, duration)
     with pytest.raises(InputError, match=f"duration: found {duration:g}; expected a positive"):
-        motion.chirp(0.0, 1.0, 1.0, 2.0, duration)
+        laws.chirp(0.0, 1.0, 1.0, 2.0, duration)
 
 
 # ---- motions from laws
@@ -246,7 +247,7 @@ def test_a_window_is_a_slice_of_the_samples() -> None:
 
 
 def test_ten_million_samples_take_no_memory_until_asked_for() -> None:
-    drive = from_laws("long", {"x": motion.sine(0, 1, 1)}, 10_000, 1000)
+    drive = from_laws("long", {"x": laws.sine(0, 1, 1)}, 10_000, 1000)
     assert drive.count == 10_000_001
     last = drive.window(drive.count - 1, drive.count)
     assert_array_equal(last.time, [10_000.0])
@@ -254,7 +255,7 @@ def test_ten_million_samples_take_no_memory_until_asked_for() -> None:
 
 
 def test_times_do_not_accumulate_rounding() -> None:
-    drive = from_laws("long", {"x": motion.constant(0)}, 1000.0, 1000.0)
+    drive = from_laws("long", {"x": laws.constant(0)}, 1000.0, 1000.0)
     time = drive.window(700_001, 700_002).time
     assert_array_equal(time, [700.001])
 
@@ -273,7 +274,7 @@ def test_times_do_not_accumulate_rounding() -> None:
 )
 def test_from_laws_refuses_extents(duration: float, rate: float, parts: list[str]) -> None:
     with pytest.raises(InputError) as error:
-        from_laws("m", {"x": motion.constant(0)}, duration, rate)
+        from_laws("m", {"x": laws.constant(0)}, duration, rate)
     for part in parts:
         assert part in refusal(error)
 
@@ -281,14 +282,14 @@ def test_from_laws_refuses_extents(duration: float, rate: float, parts: list[str
 def test_from_laws_refuses_no_laws_and_values_that_are_not_finite() -> None:
     with pytest.raises(InputError, match="motion 'm': found no laws; expected one for every"):
         from_laws("m", {}, 1.0, 10.0)
-    drive = from_laws("m", {"x": motion.cosine(0, 1e308, 0.1)}, 1.0, 10.0)
+    drive = from_laws("m", {"x": laws.cosine(0, 1e308, 0.1)}, 1.0, 10.0)
     with pytest.raises(InputError, match=r"velocity of 'x': found nan at t = 0 s \(sample 0\)"):
         drive.samples()
 
 
 def test_reordered() -> None:
-    laws = {"a": motion.constant(1), "b": motion.constant(2), "c": motion.constant(3)}
-    turned = from_laws("m", laws, 1.0, 10.0).reordered(["c", "a", "b"])
+    given = {"a": laws.constant(1), "b": laws.constant(2), "c": laws.constant(3)}
+    turned = from_laws("m", given, 1.0, 10.0).reordered(["c", "a", "b"])
     assert turned.coordinates == ("c", "a", "b")
     part = turned.window(2, 5)
     assert_array_equal(part.position, [[3] * 3, [1] * 3, [2] * 3])
@@ -304,7 +305,7 @@ def test_reordered() -> None:
     ],
 )
 def test_reordered_refuses(wanted: list[str], message: str) -> None:
-    drive = from_laws("m", {"slide": motion.constant(1), "turn": motion.constant(2)}, 1.0, 10.0)
+    drive = from_laws("m", {"slide": laws.constant(1), "turn": laws.constant(2)}, 1.0, 10.0)
     with pytest.raises(InputError) as error:
         drive.reordered(wanted)
     assert_says(error, message)
@@ -315,7 +316,7 @@ def test_reordered_refuses(wanted: list[str], message: str) -> None:
 
 def wave(t: FloatArray) -> tuple[FloatArray, ...]:
     """Two coordinates: amplitude 1 m at 1 Hz, and 0.5 rad at 0.3 Hz; (2, n) each."""
-    one, other = motion.sine(0.2, 1.0, 1.0, 0.3)(t), motion.sine(-0.1, 0.5, 0.3)(t)
+    one, other = laws.sine(0.2, 1.0, 1.0, 0.3)(t), laws.sine(-0.1, 0.5, 0.3)(t)
     return tuple(np.stack(pair) for pair in zip(one, other, strict=True))
 
 
@@ -609,7 +610,7 @@ def test_true_derivatives_are_no_contradiction(
     n: int, cycles: float, amplitude: float, phase: float
 ) -> None:
     t = np.linspace(0, 1, n)
-    p, v, a, j = motion.sine(0.3, amplitude, cycles * n, phase)(t)
+    p, v, a, j = laws.sine(0.3, amplitude, cycles * n, phase)(t)
     from_arrays("m", ["x"], t, [p], [v], [a], [j])
 
 
@@ -627,7 +628,7 @@ def test_noisy_derivatives_are_no_contradiction(
     """Also where nothing moves, given samples enough to judge the noise by."""
     t = np.linspace(0, 1, n)
     rng = np.random.default_rng(seed)
-    exact = motion.sine(0.3, amplitude, cycles * n, float(rng.uniform(0, 6)))(t)
+    exact = laws.sine(0.3, amplitude, cycles * n, float(rng.uniform(0, 6)))(t)
     p, v, a = (x + s * rng.standard_normal(n) for x, s in zip(exact[:3], noise, strict=True))
     from_arrays("m", ["x"], t, [p], [v], [a])
 
@@ -683,8 +684,8 @@ def test_a_whole_table() -> None:
     samples = drive.samples()
     t = samples.time
     terms = [(np.radians(2), 0.5, np.pi / 2), (0.01, 3.0, 0.0)]
-    laws = [motion.cosine(1.8, 0.1, 3.0), motion.constant(1.1), motion.sines(0.1, terms)]
-    for row, law in enumerate(laws):
+    given = [laws.cosine(1.8, 0.1, 3.0), laws.constant(1.1), laws.sines(0.1, terms)]
+    for row, law in enumerate(given):
         for got, expected in zip(samples.orders, law(t), strict=True):
             assert_allclose(got[row], expected, atol=1e-13)
 
@@ -702,29 +703,29 @@ T = np.arange(201) / 100
 @pytest.mark.parametrize(
     ("law", "expected"),
     [
-        ('{ law = "constant", value = "2 m" }', motion.constant(2.0)),
-        ('{ law = "cosine", to = "2 m" }', motion.cosine(1.8, 0.2, 2.0)),
-        ('{ law = "cosine", from = 1, to = 2, begin = 0.5 }', motion.cosine(1, 1, 1.5, 0.5)),
+        ('{ law = "constant", value = "2 m" }', laws.constant(2.0)),
+        ('{ law = "cosine", to = "2 m" }', laws.cosine(1.8, 0.2, 2.0)),
+        ('{ law = "cosine", from = 1, to = 2, begin = 0.5 }', laws.cosine(1, 1, 1.5, 0.5)),
         (
             '{ law = "poly345", by = "x_star", begin = "500 ms", duration = "1 s" }',
-            motion.polynomial345(1.8, 0.05, 1.0, 0.5),
+            laws.polynomial345(1.8, 0.05, 1.0, 0.5),
         ),
-        ('{ law = "poly4567", by = -0.1 }', motion.polynomial4567(1.8, -0.1, 2.0)),
+        ('{ law = "poly4567", by = -0.1 }', laws.polynomial4567(1.8, -0.1, 2.0)),
         (
             '{ law = "sine", amplitude = "10 mm", frequency = "2 Hz" }',
-            motion.sine(1.8, 0.01, 2.0),
+            laws.sine(1.8, 0.01, 2.0),
         ),
         (
             '{ law = "sine", center = 0, amplitude = 1, frequency = 1, phase = "90 deg" }',
-            motion.sine(0.0, 1.0, 1.0, np.pi / 2),
+            laws.sine(0.0, 1.0, 1.0, np.pi / 2),
         ),
         (
             '{ law = "chirp", amplitude = 0.1, from_frequency = 0, to_frequency = "5 Hz" }',
-            motion.chirp(1.8, 0.1, 0.0, 5.0, 2.0),
+            laws.chirp(1.8, 0.1, 0.0, 5.0, 2.0),
         ),
         (
             '{ law = "waypoints", times = [0, "500 ms", 2], values = ["1800 mm", 2, "x_star"] }',
-            motion.waypoints([0, 0.5, 2], [1.8, 2.0, 0.05]),
+            laws.waypoints([0, 0.5, 2], [1.8, 2.0, 0.05]),
         ),
     ],
 )

@@ -14,14 +14,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from parakin import motion, motion_csv
 from parakin.errors import InputError
-from parakin.expressions import ANGLE, LENGTH
-from parakin.motion import Samples, from_laws
-from parakin.motion_csv import read_motion_csv
+from parakin.files import motion_csv
+from parakin.files.motion_csv import read_motion_csv
+from parakin.model.expressions import ANGLE, LENGTH
+from parakin.motion import laws
+from parakin.motion.laws import from_laws
+from parakin.motion.motion import Samples
 
 DIMENSIONS = {"x": LENGTH, "B1.2": ANGLE}
-LAWS = {"x": motion.sine(1.0, 0.2, 0.5), "B1.2": motion.cosine(0.0, 0.5, 2.0)}
+LAWS = {"x": laws.sine(1.0, 0.2, 0.5), "B1.2": laws.cosine(0.0, 0.5, 2.0)}
 DRIVE = from_laws("drive", LAWS, 2.0, 50.0).samples()
 
 PATIENT = settings(  # and each example overwrites the file of the last

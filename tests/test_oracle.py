@@ -29,9 +29,9 @@ from oracle import (
 from random_mechanisms import Example, examples
 
 import parakin
-from parakin.graph import graph_of
-from parakin.machine import has_machine_code
-from parakin.motion import from_laws, polynomial345
+from parakin.kernel.backends import has_machine_code
+from parakin.model.graph import graph_of
+from parakin.motion.laws import from_laws, polynomial345
 
 RIGHT = ("refused", "through", "singular", "end")
 KEPT: dict[tuple[int, int], Example] = {}

@@ -14,8 +14,8 @@ import xarray as xr
 
 import parakin
 from parakin import Status
-from parakin.cli import main
-from parakin.curves import peaks, telling
+from parakin.cli.main import main
+from parakin.views.curves import peaks, telling
 
 VOID = {"meta", "br", "link", "img", "input", "hr"}
 HOSTILE = "<script>alert('x')</script><img src=x onerror=alert(1)>&\"$title"

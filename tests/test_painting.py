@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from parakin.drawing import drawing_of
-from parakin.files import catalogue, load
-from parakin.graph import graph_of
-from parakin.painting import Painter, picture
-from parakin.shapes import Ball, Bar, Block, Form, Mesh, Plate, mesh
+from parakin.files.reading import catalogue, load
+from parakin.model.graph import graph_of
+from parakin.views.solids.drawing import drawing_of
+from parakin.views.solids.painting import Painter, picture
+from parakin.views.solids.shapes import Ball, Bar, Block, Form, Mesh, Plate, mesh
 
 pytest.importorskip("matplotlib")
 

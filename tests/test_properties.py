@@ -13,9 +13,9 @@ from replays import replayed
 from scipy.spatial.transform import Rotation
 
 import parakin
-from parakin.expressions import Parameters
-from parakin.graph import Placement, graph_of, placement
-from parakin.mechanism import Frame, Joint, Mechanism
+from parakin.model.expressions import Parameters
+from parakin.model.graph import Placement, graph_of, placement
+from parakin.model.mechanism import Frame, Joint, Mechanism
 
 PAPER = parakin.load("flight-simulator")
 LENGTHS = [name for name in PAPER.parameters if not name.endswith("_star")]

@@ -18,10 +18,10 @@ from random_mechanisms import Example, closed_by, examples
 from replays import replayed
 
 import parakin
-from parakin.kernel import newton_unknowns, trace
-from parakin.machine import has_machine_code
-from parakin.motion import from_laws, polynomial345
-from parakin.rows import Outputs
+from parakin.kernel.backends import has_machine_code
+from parakin.kernel.pose import newton_unknowns, trace
+from parakin.kernel.rows import Outputs
+from parakin.motion.laws import from_laws, polynomial345
 
 REASONS = (
     r"driven .*(depend on one another|cannot move|not determined|the mobility is)",

@@ -9,8 +9,8 @@ import pytest
 from browser import chromium, needs_chromium
 
 import parakin
-from parakin.recording import recorded
-from parakin.repertoire import Repertoire
+from parakin.views.browser.recording import recorded
+from parakin.views.browser.repertoire import Repertoire
 
 _POSITION = "() => window.__viserMutable.nodeRefFromName['/mechanism/coupler'].position.toArray()"
 

@@ -18,8 +18,8 @@ from scipy.spatial.transform import Rotation
 
 import parakin
 from parakin.arrays import ORDERS
-from parakin.kernel import newton_unknowns, trace
-from parakin.rows import Outputs
+from parakin.kernel.pose import newton_unknowns, trace
+from parakin.kernel.rows import Outputs
 
 Compiled = Callable[..., parakin.Solver]
 

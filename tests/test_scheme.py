@@ -11,16 +11,16 @@ import closed_form
 import numpy as np
 import pytest
 
-from parakin import symbols
-from parakin.cli import main
-from parakin.dimensioning import lengths, parameters
-from parakin.drawing import drawing_of
-from parakin.files import catalogue, load
-from parakin.graph import graph_of
-from parakin.lettering import Label, Obstacles, placed
-from parakin.mechanism import Body, Frame, Joint, Mechanism
-from parakin.scheme import save, scheme
-from parakin.symbols import Sight
+from parakin.cli.main import main
+from parakin.files.reading import catalogue, load
+from parakin.model.graph import graph_of
+from parakin.model.mechanism import Body, Frame, Joint, Mechanism
+from parakin.views.scheme import symbols
+from parakin.views.scheme.dimensioning import lengths, parameters
+from parakin.views.scheme.lettering import Label, Obstacles, placed
+from parakin.views.scheme.scheme import save, scheme
+from parakin.views.scheme.symbols import Sight
+from parakin.views.solids.drawing import drawing_of
 
 SVG = "{http://www.w3.org/2000/svg}"
 FRONT = Sight(np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]), np.array([0.0, 0.0, 1.0]))

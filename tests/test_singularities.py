@@ -9,9 +9,10 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 import parakin
-from parakin.cli import main
-from parakin.motion import Law, Motion, constant, from_laws, polynomial345
-from parakin.recorded import from_arrays
+from parakin.cli.main import main
+from parakin.motion.laws import Law, constant, from_laws, polynomial345
+from parakin.motion.motion import Motion
+from parakin.motion.sampled import from_arrays
 
 
 def time_of(law: Law, value: float, low: float, high: float) -> float:

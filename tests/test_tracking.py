@@ -10,7 +10,8 @@ import xarray as xr
 
 import parakin
 from parakin import Body, Frame, Joint, Mechanism, Status
-from parakin.motion import Law, Motion, constant, from_laws, polynomial345, sine
+from parakin.motion.laws import Law, constant, from_laws, polynomial345, sine
+from parakin.motion.motion import Motion, Samples
 
 CRANK, ROD = 0.05, 0.15
 Compiled = Callable[..., parakin.Solver]
@@ -146,8 +147,8 @@ def forward(inverse: xr.Dataset, every: int = 1) -> Motion:
     rows = [drives[q].values.T.copy() for q in ("position", "velocity", "acceleration")]
     time = drives.time.values
 
-    def window(a: int, b: int) -> parakin.motion.Samples:
-        return parakin.motion.Samples(time[a:b], *(np.ascontiguousarray(r[:, a:b]) for r in rows))
+    def window(a: int, b: int) -> Samples:
+        return Samples(time[a:b], *(np.ascontiguousarray(r[:, a:b]) for r in rows))
 
     return Motion("sliders", ("A2", "B3", "C3"), len(time), window, "given")
 

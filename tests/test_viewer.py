@@ -21,12 +21,12 @@ import pytest
 from browser import ELSEWHERE, Page, chromium, needs_chromium, until, viewed
 
 import parakin
-from parakin.drawing import COLOURS
-from parakin.repertoire import Repertoire
-from parakin.viewer import Viewer, exposure, is_foreign, serving
+from parakin.views.browser.repertoire import Repertoire
+from parakin.views.browser.viewer import Viewer, exposure, is_foreign, serving
+from parakin.views.solids.drawing import COLOURS
 
 pytestmark = needs_chromium
-FOUR_BAR = (Path(parakin.__file__).parent / "catalog" / "four-bar.toml").read_text("utf-8")
+FOUR_BAR = (Path(parakin.__file__).parent / "catalogue" / "four-bar.toml").read_text("utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -351,7 +351,7 @@ def test_a_motion_that_cannot_go_on_ends_at_its_last_good_pose(
     browser: Any, tmp_path: Path
 ) -> None:
     path = tmp_path / "mine.toml"
-    file = Path(parakin.__file__).parent / "catalog" / "five-bar.toml"
+    file = Path(parakin.__file__).parent / "catalogue" / "five-bar.toml"
     path.write_text(file.read_text("utf-8") + _TOO_FAR, "utf-8")
     with viewed(browser, path) as page:
         page.choose("Motion", "far")
@@ -506,7 +506,7 @@ def test_only_meshes_that_are_named_are_read(tmp_path: Path) -> None:
     script = (
         "import sys; seen = []; "
         "sys.addaudithook(lambda e, given: seen.append(str(given[0])) if e == 'open' else None); "
-        "from parakin.repertoire import Repertoire; "
+        "from parakin.views.browser.repertoire import Repertoire; "
         "shown = Repertoire(sys.argv[1], meshes=tuple(sys.argv[2:])).load(sys.argv[1]); "
         "print(len(shown.meshes), any('coupler.stl' in name for name in seen), shown.problem)"
     )
@@ -542,7 +542,7 @@ each = { x = [0, 1] }
 
 
 def test_a_broken_mesh_is_told_by_its_name(tmp_path: Path) -> None:
-    from parakin.repertoire import read_mesh
+    from parakin.views.browser.repertoire import read_mesh
 
     for name, content in (
         ("a.stl", b"\x00" * 90),

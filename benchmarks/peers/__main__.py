@@ -85,7 +85,7 @@ def user_code(start: Callable[..., Any]) -> int:
 
 def file_lines(name: str) -> int:
     """Of a mechanism file of the catalogue, without blank lines and comments."""
-    text = resources.files("parakin").joinpath("catalog", name).read_text()
+    text = resources.files("parakin").joinpath("catalogue", name).read_text()
     return sum(bool(line.partition("#")[0].strip()) for line in text.splitlines())
 
 

@@ -4,7 +4,23 @@
 >>> solver = parakin.compile("flight-simulator")
 >>> result = solver.solve("general")
 
-Names are looked up when first used, so that importing parakin costs nothing.
+The folders are the way of the data; each imports only what stands before it here:
+
+- `algebra`: vectors, rotations, dual numbers, small linear systems, on any scalar
+- `model`: what the user says, and the same in numbers
+- `motion`: what drives a mechanism over time
+- `files`: mechanisms, motions and results, in and out
+- `kinematics`: the paper: recursion, closure; assembly
+- `planning`: joints to cut, rows and order for what is driven
+- `kernel`: one pose and its rates (eq. 10), in machine code or on NumPy
+- `solving`: solvers, motions followed, results
+- `analysis`: mobility, singularities
+- `exports`: models and code for other programs
+- `views`: figures, films, reports, schemes, the page in the browser
+- `cli`: the command line
+
+and `catalogue` is data. Names are looked up when first used, so that importing parakin costs
+nothing.
 """
 
 from __future__ import annotations
@@ -12,11 +28,10 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from parakin.version import __version__ as __version__
 
 if TYPE_CHECKING:
-    from parakin.branches import modes
-    from parakin.compiler import compile
+    from parakin.analysis.singularities import singularities
     from parakin.errors import (
         AssemblyError,
         DrivenError,
@@ -24,30 +39,31 @@ if TYPE_CHECKING:
         NotSolvedError,
         ParakinError,
     )
-    from parakin.files import catalogue, load
-    from parakin.mechanism import Body, Frame, Joint, Mechanism, Platform
-    from parakin.motion import Motion
-    from parakin.results import require_solved
-    from parakin.singularities import singularities
-    from parakin.solver import Solver, Tick
-    from parakin.status import Status
+    from parakin.files.reading import catalogue, load
+    from parakin.model.mechanism import Body, Frame, Joint, Mechanism, Platform
+    from parakin.motion.motion import Motion
+    from parakin.solving.compiler import compile
+    from parakin.solving.modes import modes
+    from parakin.solving.results import require_solved
+    from parakin.solving.solver import Solver, Tick
+    from parakin.solving.status import Status
 
 _ROOMS = {
-    "catalogue": "files",
-    "load": "files",
-    "compile": "compiler",
-    "modes": "branches",
-    "singularities": "singularities",
-    "Solver": "solver",
-    "Tick": "solver",
-    "require_solved": "results",
-    "Status": "status",
-    "Motion": "motion",
-    "Mechanism": "mechanism",
-    "Body": "mechanism",
-    "Frame": "mechanism",
-    "Joint": "mechanism",
-    "Platform": "mechanism",
+    "catalogue": "files.reading",
+    "load": "files.reading",
+    "compile": "solving.compiler",
+    "modes": "solving.modes",
+    "singularities": "analysis.singularities",
+    "Solver": "solving.solver",
+    "Tick": "solving.solver",
+    "require_solved": "solving.results",
+    "Status": "solving.status",
+    "Motion": "motion.motion",
+    "Mechanism": "model.mechanism",
+    "Body": "model.mechanism",
+    "Frame": "model.mechanism",
+    "Joint": "model.mechanism",
+    "Platform": "model.mechanism",
     "ParakinError": "errors",
     "InputError": "errors",
     "AssemblyError": "errors",

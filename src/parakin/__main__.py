@@ -1,5 +1,5 @@
 import sys
 
-from parakin.cli import main
+from parakin.cli.main import main
 
 sys.exit(main())

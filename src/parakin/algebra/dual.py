@@ -1,0 +1,77 @@
+"""A scalar and its rate in time: the recursion run on these gives the next derivative.
+
+Accelerations worked out from positions, rates and second rates that carry their own rates come
+with the jerk. What does not change in time is a plain scalar, so that constants cost nothing.
+"""
+
+from __future__ import annotations
+
+from parakin.algebra.spatial import Functions, Scalar, add, mul, sub
+
+
+class Dual:
+    """value + rate dt, on any scalar that `parakin.algebra.spatial` knows."""
+
+    __slots__ = ("rate", "value")
+    __array_ufunc__ = None  # an array leaves sums and products with a dual number to the latter
+
+    def __init__(self, value: Scalar, rate: Scalar) -> None:
+        self.value, self.rate = value, rate
+
+    def __add__(self, other: Scalar) -> Scalar:
+        return dual(add(self.value, value_of(other)), add(self.rate, rate_of(other)))
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Scalar:
+        return dual(sub(0.0, self.value), sub(0.0, self.rate))
+
+    def __sub__(self, other: Scalar) -> Scalar:
+        return dual(sub(self.value, value_of(other)), sub(self.rate, rate_of(other)))
+
+    def __rsub__(self, other: Scalar) -> Scalar:
+        return dual(sub(other, self.value), sub(0.0, self.rate))
+
+    def __mul__(self, other: Scalar) -> Scalar:
+        value = value_of(other)
+        rate = add(mul(self.rate, value), mul(self.value, rate_of(other)))
+        return dual(mul(self.value, value), rate)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Scalar) -> Scalar:
+        quotient = self.value / value_of(other)
+        rate = sub(self.rate, mul(quotient, rate_of(other))) / value_of(other)
+        return dual(quotient, rate)
+
+    def __rtruediv__(self, other: Scalar) -> Scalar:
+        quotient = other / self.value
+        return dual(quotient, -mul(quotient, self.rate) / self.value)
+
+
+def dual(value: Scalar, rate: Scalar) -> Scalar:
+    """Value + rate dt; the value itself where the rate is the literal zero."""
+    return value if type(rate) is float and rate == 0.0 else Dual(value, rate)
+
+
+def value_of(a: Scalar) -> Scalar:
+    return a.value if isinstance(a, Dual) else a
+
+
+def rate_of(a: Scalar) -> Scalar:
+    return a.rate if isinstance(a, Dual) else 0.0
+
+
+def dual_functions(functions: Functions) -> Functions:
+    """Those that the derivatives of coordinates need, sqrt and atan2, on dual numbers too."""
+
+    def sqrt(a: Scalar) -> Scalar:
+        root = functions.sqrt(value_of(a))
+        return dual(root, mul(0.5, rate_of(a)) / root)
+
+    def atan2(y: Scalar, x: Scalar) -> Scalar:
+        a, b = value_of(y), value_of(x)
+        turning = sub(mul(b, rate_of(y)), mul(a, rate_of(x)))
+        return dual(functions.atan2(a, b), turning / add(mul(a, a), mul(b, b)))
+
+    return functions._replace(sqrt=sqrt, atan2=atan2)

@@ -1,0 +1,158 @@
+"""Small dense systems solved without a branch on values, on any scalar.
+
+One and two unknowns by division, three by cross products, more by Householder's orthogonal
+triangularisation, which needs no pivots. The determinant, divided by the lengths of the rows,
+lies between -1 and 1 and vanishes where the system is singular: it is the conditioning figure
+(of a single equation, the slope itself).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from parakin.algebra.spatial import Functions, Scalar, Vector, add, cross, dot, mul, sub
+
+
+class Solved(NamedTuple):
+    """One solution per right-hand side, and the scaled determinant; of more rows than unknowns
+    the volume that the columns span.
+    """
+
+    solutions: list[list[Scalar]]
+    conditioning: Scalar
+
+
+def solve(
+    matrix: Sequence[Sequence[Scalar]],
+    sides: Sequence[Sequence[Scalar]],
+    functions: Functions,
+    typical: Sequence[float] = (),
+) -> Solved:
+    """Solve matrix x = side for every side; by least squares if there are more rows than unknowns.
+
+    typical: how long the rows usually are. Rows then count by the mean square of that and what
+    they are, so that one which vanishes as a whole shows in the conditioning.
+    """
+    n = len(matrix[0])
+    if len(matrix) > n == 1:
+        (column,) = zip(*matrix, strict=True)
+        square = _inner(column, column)
+        inverse = 1.0 / square
+        found = [[mul(inverse, _inner(column, side))] for side in sides]
+        return Solved(found, functions.sqrt(square))
+    if len(matrix) > n:
+        solutions, volume = _by_reflections(matrix, sides, functions)
+        return Solved(solutions, functions.sqrt(mul(volume, volume)))
+    if n == 1:
+        inverse = 1.0 / matrix[0][0]  # written as one division that later right-hand sides share
+        return Solved([[mul(inverse, side[0])] for side in sides], matrix[0][0])
+    lengths: Scalar = 1.0
+    for number, row in enumerate(matrix):
+        square = _inner(row, row)
+        if typical:
+            square = mul(0.5, add(square, typical[number] ** 2))
+        lengths = mul(lengths, square)
+    if n <= 3:
+        solutions, determinant = _by_minors(matrix, sides)
+    else:
+        solutions, determinant = _by_reflections(matrix, sides, functions)
+    return Solved(solutions, determinant / functions.sqrt(lengths))
+
+
+def _inner(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
+    total: Scalar = 0.0
+    for x, y in zip(a, b, strict=True):
+        total = add(total, mul(x, y))
+    return total
+
+
+def _by_minors(
+    m: Sequence[Sequence[Scalar]], sides: Sequence[Sequence[Scalar]]
+) -> tuple[list[list[Scalar]], Scalar]:
+    if len(m) == 2:
+        determinant = sub(mul(m[0][0], m[1][1]), mul(m[0][1], m[1][0]))
+        scale = 1.0 / determinant
+        return [
+            [
+                mul(scale, sub(mul(s[0], m[1][1]), mul(m[0][1], s[1]))),
+                mul(scale, sub(mul(m[0][0], s[1]), mul(s[0], m[1][0]))),
+            ]
+            for s in sides
+        ], determinant
+    a, b, c = ((row[0], row[1], row[2]) for row in m)
+    cofactors: list[Vector] = [cross(b, c), cross(c, a), cross(a, b)]
+    determinant = dot(a, cofactors[0])
+    scale = 1.0 / determinant
+    solutions = []
+    for s in sides:
+        parts = [
+            add(
+                add(mul(s[0], cofactors[0][k]), mul(s[1], cofactors[1][k])),
+                mul(s[2], cofactors[2][k]),
+            )
+            for k in range(3)
+        ]
+        solutions.append([mul(scale, part) for part in parts])
+    return solutions, determinant
+
+
+def squared_volume(columns: Sequence[Sequence[Scalar]], functions: Functions) -> Scalar:
+    """The square of the volume that columns span, zero where they depend on one another."""
+    products = [[_inner(a, b) for b in columns] for a in columns]
+    if len(columns) == 1:
+        return products[0][0]
+    if len(columns) <= 3:
+        return _by_minors(products, [])[1]
+    return _by_reflections(products, [], functions)[1]
+
+
+def _by_reflections(
+    matrix: Sequence[Sequence[Scalar]], sides: Sequence[Sequence[Scalar]], functions: Functions
+) -> tuple[list[list[Scalar]], Scalar]:
+    n = len(matrix[0])
+    rows = [[*row, *(side[i] for side in sides)] for i, row in enumerate(matrix)]
+    rows, diagonal, determinant = _triangular(rows, n, functions)
+    solutions: list[list[Scalar]] = []
+    for s in range(len(sides)):
+        x: list[Scalar] = [0.0] * n
+        for i in reversed(range(n)):
+            value = rows[i][n + s]
+            for j in range(i + 1, n):
+                value = sub(value, mul(rows[i][j], x[j]))
+            x[i] = value / diagonal[i]
+        solutions.append(x)
+    return solutions, determinant
+
+
+def _triangular(
+    rows: list[list[Scalar]], columns: int, functions: Functions
+) -> tuple[list[list[Scalar]], list[Scalar], Scalar]:
+    """Rows (right-hand sides with them) made triangular: these, their diagonal, the determinant."""
+    n = len(rows)
+    determinant: Scalar = 1.0
+    diagonal: list[Scalar] = []
+    for k in range(columns):
+        if all(type(rows[i][k]) is float and rows[i][k] == 0.0 for i in range(k + 1, n)):
+            diagonal.append(rows[k][k])  # nothing below to remove
+            determinant = mul(determinant, rows[k][k])
+            continue
+        square: Scalar = 0.0
+        for i in range(k, n):
+            square = add(square, mul(rows[i][k], rows[i][k]))
+        length = functions.copysign(functions.sqrt(square), rows[k][k])
+        v = [rows[i][k] for i in range(k, n)]
+        v[0] = add(v[0], length)
+        vv: Scalar = 0.0
+        for entry in v:
+            vv = add(vv, mul(entry, entry))
+        for j in range(k + 1, len(rows[0])):
+            product: Scalar = 0.0
+            for i in range(k, n):
+                product = add(product, mul(v[i - k], rows[i][j]))
+            factor = mul(2.0, product) / vv
+            for i in range(k, n):
+                rows[i][j] = sub(rows[i][j], mul(factor, v[i - k]))
+        diagonal.append(-length)
+        determinant = mul(determinant, length)
+    return rows, diagonal, determinant

@@ -1,0 +1,4 @@
+"""What a mechanism or a result means: mobility, singularities, and what moves, in words.
+
+Looks at solvers and results, and changes neither. Prints and draws nothing.
+"""

@@ -1,0 +1,159 @@
+"""The command line's grammar: commands, their options, and what is said of wrong ones."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from pathlib import Path
+from typing import NoReturn
+
+from parakin.errors import InputError, ParakinError, nearest
+from parakin.version import __version__
+
+_COMMANDS = ("list", "check", "modes", "solve", "view", "draw", "report", "export")
+_EPILOG = """examples:
+  parakin solve flight-simulator general -o general.csv --plot general.png
+  parakin check flight-simulator --set l3=1.35
+  parakin solve my-machine.toml recorded.csv -o -
+  parakin view flight-simulator
+  parakin report flight-simulator general -o general.html
+
+exit codes: 0 done, 1 some samples are flagged, 2 bad input"""
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        """One line, as for any other bad input, in place of the usage and an exit."""
+        unknown = re.match(r"argument COMMAND: invalid choice: '(.*?)'", message)
+        if unknown:
+            name = unknown[1]
+            raise InputError("command", f"unknown name {name!r}", nearest(name, _COMMANDS))
+        raise ParakinError(f"{message}; see {self.prog} --help")
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"found {text!r}; expected a number") from None
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line's grammar."""
+    top = _Parser(
+        prog="parakin",
+        description="Kinematics of parallel mechanisms: positions, velocities and accelerations "
+        "of every joint and body along a motion.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    top.add_argument("--version", action="version", version=f"parakin {__version__}")
+    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    commands.add_parser("list", help="mechanisms of the catalogue, and their motions")
+
+    check = commands.add_parser("check", help="assemble a mechanism and explain its mobility")
+    _add_mechanism(check)
+    check.add_argument(
+        "--expand", action="store_true", help="print the file, repeated limbs written out"
+    )
+
+    modes = commands.add_parser("modes", help="search for the assemblies of given driven values")
+    _add_mechanism(modes)
+    modes.add_argument(
+        "--driven",
+        metavar="NAMES",
+        help="driven coordinates, by commas; the file's own if left out",
+    )
+    modes.add_argument(
+        "--at",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="a driven value other than home's: a quantity such as '20 mm'",
+    )
+    modes.add_argument("--starts", metavar="N", type=int, default=8192, help="random starts (8192)")
+
+    solve = commands.add_parser("solve", help="solve a mechanism along a motion")
+    _add_mechanism(solve)
+    solve.add_argument("motion", metavar="MOTION", help="a motion's name, or a TOML or CSV file")
+    solve.add_argument(
+        "-o", "--output", metavar="FILE", help="write .csv, .nc or .parquet; '-' is CSV to stdout"
+    )
+    solve.add_argument("--plot", metavar="FILE", type=Path, help="figure: .png, .svg or .pdf")
+    solve.add_argument("--animate", metavar="FILE", type=Path, help="film: .mp4 or .gif")
+    solve.add_argument(
+        "--singularities", action="store_true", help="how near the motion comes to which kind"
+    )
+    solve.add_argument("--jerk", action="store_true", help="the third derivative too")
+    solve.add_argument("--bodies", action="store_true", help="every body's motion too")
+    solve.add_argument("--all", action="store_true", help="joints outside the tree too")
+    solve.add_argument("--rate", metavar="HZ", type=_number, help="samples per second of a law")
+    solve.add_argument(
+        "--smooth", metavar="SIGMA", type=_number, help="noise of recorded positions, SI"
+    )
+    solve.add_argument(
+        "--max-gap", metavar="S", type=_number, help="longest step allowed in recorded data"
+    )
+
+    view = commands.add_parser("view", help="see a mechanism move in the browser")
+    _add_mechanism(view)
+    view.add_argument("motions", metavar="MOTION", nargs="*", help="motions in TOML or CSV files")
+    view.add_argument(
+        "--mesh",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help="a mesh that the mechanism's file names; no other is read",
+    )
+    view.add_argument("--host", metavar="ADDRESS", default="127.0.0.1", help="to serve at")
+    view.add_argument("--port", metavar="N", type=int, default=8080, help="to serve at (8080)")
+
+    draw = commands.add_parser("draw", help="draw a mechanism's kinematic scheme")
+    _add_mechanism(draw)
+    draw.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        type=Path,
+        required=True,
+        help="scheme: .svg, .pdf or .png",
+    )
+
+    report = commands.add_parser(
+        "report", help="write a page about a motion, to be sent and printed"
+    )
+    _add_mechanism(report)
+    report.add_argument("motion", metavar="MOTION", help="a motion's name, or a TOML or CSV file")
+    report.add_argument(
+        "-o", "--output", metavar="FILE", type=Path, required=True, help="page: .html"
+    )
+
+    export = commands.add_parser("export", help="write a mechanism for other programs")
+    _add_mechanism(export)
+    export.add_argument(
+        "output",
+        metavar="FILE",
+        type=Path,
+        help="model.xml (MuJoCo), model.urdf (with model.loops.yaml) or kernel.c (with kernel.h "
+        "and kernel_test.c)",
+    )
+    export.add_argument(
+        "--driven",
+        metavar="NAMES",
+        help="what the C code solves for, by commas; the file's own if left out",
+    )
+    return top
+
+
+def _add_mechanism(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "mechanism", metavar="MECHANISM", help="a catalogue name, or a TOML, MJCF or URDF file"
+    )
+    command.add_argument("--loops", metavar="FILE", help="YAML that tells the loops of a URDF")
+    command.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="override a parameter, e.g. --set d1=0.42 or --set 'd1=420 mm'",
+    )

@@ -1,0 +1,329 @@
+"""A mechanism as a MuJoCo model, built and compiled by MuJoCo's own MjSpec.
+
+Bodies hang from the base along a spanning tree that carries the platform by its pose; each
+coordinate is a hinge or a slide of its own, named as ours and counted from the joint's own zero.
+Loops close between two named sites: by `connect` at spherical joints and rods, by `weld` at all
+others, whose coordinates then belong to a small body of their own. The model's first pose is our
+home. (Base and platform are bodies like others, since Pinocchio reads one body in the world.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from parakin.algebra.spatial import IDENTITY, ZERO, Matrix, Vector, apply, minus, times, transpose
+from parakin.arrays import FloatArray
+from parakin.files.links import about, inverse, not_installed, then, vector, xml_root
+from parakin.kinematics.assembly import Configuration, assembled, configure
+from parakin.model.graph import Graph, GraphJoint, Placement
+
+_STEP = 0.002  # of time [s]
+_CLOSED = (2 * _STEP, 1.0)  # time constant [s] and damping ratio of loops: as stiff as can be
+_SERVO = 30.0  # natural frequency of an actuator that carries the whole mechanism [rad/s]
+_ROTOR = 0.05  # of that inertia, on every coordinate
+_GREY, _BLUE, _ORANGE = (0.5, 0.5, 0.5, 1.0), (0.3, 0.5, 0.8, 1.0), (0.9, 0.5, 0.1, 1.0)
+
+
+def mjcf(graph: Graph) -> str:
+    """The model as XML. Raises InputError without MuJoCo, AssemblyError."""
+    try:
+        import mujoco
+    except ImportError:
+        raise not_installed("MJCF", "mujoco") from None
+    tree = graph.posed_tree()
+    model = _Model(mujoco, graph, configure(graph, tree, assembled(graph).q))
+    for number, backwards in tree.steps:
+        joint = graph.joints[number]
+        near, far = (joint.child, joint.parent) if backwards else (joint.parent, joint.child)
+        pose = model.at.circuits.pose(far)
+        there = Placement(pose.R, pose.p)
+        model.carry(joint, graph.bodies[near], graph.bodies[far], there, backwards)
+    for number in tree.cuts:
+        model.close(graph.joints[number])
+    for body, name in enumerate(graph.bodies):
+        model.draw(body, name)
+    return model.text()
+
+
+class _Pair(NamedTuple):
+    """A hinge or a slide about or along an axis that is given in the world, at home."""
+
+    name: str
+    slides: bool
+    axis: Vector
+    point: Vector
+    home: float
+    limits: tuple[float, float] = (-np.inf, np.inf)
+
+
+@dataclass
+class _Model:
+    """An MjSpec in the making; `placed` are the bodies there are, with their poses at home."""
+
+    mujoco: Any
+    graph: Graph
+    at: Configuration
+    spec: Any = field(init=False)
+    placed: dict[str, tuple[Any, Placement]] = field(init=False)
+    radius: float = field(init=False)
+    taken: set[str] = field(init=False)  # names of bodies
+
+    def __post_init__(self) -> None:
+        spec = self.spec = self.mujoco.MjSpec()
+        spec.modelname = self.graph.mechanism.name
+        spec.compiler.degree = False
+        spec.option.timestep = _STEP
+        spec.option.integrator = self.mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        spec.option.disableflags |= self.mujoco.mjtDisableBit.mjDSBL_GRAVITY  # masses are made up
+        base = self.graph.bodies[0]
+        self.placed = {base: (spec.worldbody.add_body(name=base), Placement(IDENTITY, ZERO))}
+        self.taken = set(self.graph.bodies)
+        spec.visual.headlight.ambient = [0.4, 0.4, 0.4]
+        spec.visual.headlight.diffuse = [0.6, 0.6, 0.6]
+        places = [p for joint in self.graph.joints for p in (joint.F.p, joint.M.p)]
+        places += [p for _, p in self.graph.points.values()]
+        self.radius = 0.02 * (max(float(np.linalg.norm(p)) for p in places) or 1.0)
+
+    def hang(self, name: str, near: str, pose: Placement) -> None:
+        """A body that stands at `pose` at home, as the child of another."""
+        body, at = self.placed[near]
+        here = then(inverse(at), pose)
+        child = body.add_body(name=name, pos=here.p, quat=_quaternion(self.mujoco, here.R))
+        self.placed[name] = (child, pose)
+
+    def carry(
+        self, joint: GraphJoint, near: str, far: str, pose: Placement, backwards: bool
+    ) -> None:
+        """A body that stands at `pose` at home, on a joint's coordinates one after the other.
+
+        Small bodies stand between these: MuJoCo could do without, but Pinocchio (4.1) overlooks
+        where all but the last joint of a body start from.
+        """
+        order = list(zip(joint.coordinates, joint.pairs, strict=True))
+        sign = -1.0 if backwards else 1.0
+        pairs: list[_Pair] = []
+        for k, pair in reversed(order) if backwards else order:
+            screw = self.at.screws[:, k]
+            axis = vector(sign * (screw[3:] if pair.slides else screw[:3]))
+            coordinate, home = self.graph.coordinates[k], float(self.at.q[k])
+            point = vector(self.at.points[k])
+            low, high = coordinate.limits
+            if k in self.graph.from_home:  # MuJoCo counts as the joint does
+                low, high = low + home, high + home
+            pairs.append(_Pair(coordinate.name, pair.slides, axis, point, home, (low, high)))
+            if pair.pitch:
+                advance = f"{coordinate.name}.advance"
+                pairs.append(_Pair(advance, True, axis, point, pair.pitch * home))
+                coupling = self.spec.add_equality(
+                    name=advance,
+                    type=self.mujoco.mjtEq.mjEQ_JOINT,
+                    name1=advance,
+                    name2=coordinate.name,
+                )
+                coupling.data[:5] = [0.0, pair.pitch, 0.0, 0.0, 0.0]
+        self._chain(joint.name, near, far, pose, pairs)
+
+    def _chain(
+        self, joint: str, near: str, far: str, pose: Placement, pairs: Sequence[_Pair]
+    ) -> None:
+        for pair in pairs[:-1]:
+            between = self._inside(joint)
+            self.hang(between, near, pose)
+            self._move(between, pair)
+            self._ball(between, apply(transpose(pose.R), minus(pair.point, pose.p)), _GREY)
+            near = between
+        self.hang(far, near, pose)
+        for pair in pairs[-1:]:
+            self._move(far, pair)
+
+    def _move(self, body: str, pair: _Pair) -> None:
+        child, pose = self.placed[body]
+        inward = transpose(pose.R)
+        kinds = self.mujoco.mjtJoint
+        joint = child.add_joint(
+            name=pair.name,
+            type=kinds.mjJNT_SLIDE if pair.slides else kinds.mjJNT_HINGE,
+            pos=apply(inward, minus(pair.point, pose.p)),
+            axis=apply(inward, pair.axis),
+            ref=pair.home,
+        )
+        if np.isfinite(pair.limits).all():
+            joint.range = pair.limits
+
+    def close(self, joint: GraphJoint) -> None:
+        """A joint outside the tree: two sites that are to stay together."""
+        names = self.graph.bodies
+        parent, child = names[joint.parent], names[joint.child]
+        kinds = self.mujoco.mjtEq
+        kind, far, place = kinds.mjEQ_WELD, parent, joint.F
+        there = then(self.placed[child][1], joint.M)
+        if joint.kind == "spherical":
+            kind = kinds.mjEQ_CONNECT
+        elif joint.kind == "rod":
+            kind, far = kinds.mjEQ_CONNECT, self._inside(joint.name, "rod")
+            start = then(self.placed[parent][1], joint.F).p
+            along = times(1 / joint.length, minus(there.p, start))
+            x, y = (vector(column) for column in np.array(about(along)).T[:2])
+            hinges = [_Pair(f"{joint.name}.{k + 1}", False, (x, y)[k], start, 0.0) for k in (0, 1)]
+            self._chain(joint.name, parent, far, Placement(about(along), start), hinges)
+            place = Placement(IDENTITY, (0.0, 0.0, joint.length))
+            self._capsule(far, ZERO, place.p, _GREY)
+        elif joint.kind != "fixed":
+            far, place = self._inside(joint.name), Placement(IDENTITY, ZERO)
+            self.carry(joint, parent, far, there, False)
+            self._ball(far, ZERO, _GREY)
+        near = self._site(f"{joint.name}.{child}", child, joint.M)
+        other = self._site(f"{joint.name}.{parent}", far, place)
+        self.spec.add_equality(
+            name=joint.name,
+            type=kind,
+            objtype=self.mujoco.mjtObj.mjOBJ_SITE,
+            name1=other if kind == kinds.mjEQ_CONNECT else near,  # a reader keeps the first's name
+            name2=near if kind == kinds.mjEQ_CONNECT else other,
+            solref=_CLOSED,
+            solimp=[0.99, 0.999, 0.001, 0.5, 2.0],
+        )
+
+    def _inside(self, joint: str, what: str = "link") -> str:
+        """A name for a small body within a joint."""
+        name = f"{joint} {what}"
+        while name in self.taken:
+            name += "'"
+        self.taken.add(name)
+        return name
+
+    def _site(self, name: str, body: str, place: Placement) -> str:
+        while self.spec.site(name) is not None:
+            name += "'"
+        quat = _quaternion(self.mujoco, place.R)
+        size = [0.5 * self.radius] * 3
+        self.placed[body][0].add_site(name=name, pos=place.p, quat=quat, size=size)
+        return name
+
+    def draw(self, body: int, name: str) -> None:
+        """A body's points as sites, and a simple shape from joint to joint."""
+        ends = self._ends(body)
+        for label, (of, p) in self.graph.points.items():
+            if of == body:
+                self._site(label, name, Placement(IDENTITY, p))
+                ends.setdefault(p, False)
+        middle = vector(np.mean(list(ends), axis=0)) if ends else ZERO
+        colour = _GREY if body == 0 else _BLUE
+        for p, actuated in ends.items():
+            self._ball(name, p, _ORANGE if actuated else colour, 2.0 if actuated else 1.3)
+        for p in list(ends)[len(ends) == 2 :]:
+            self._capsule(name, next(iter(ends)) if len(ends) == 2 else middle, p, colour)
+        if not ends:
+            self._ball(name, ZERO, colour)
+        for joint in self.graph.joints:
+            if joint.child == body and joint.kind in ("prismatic", "cylindrical"):
+                self._capsule(name, joint.M.p, self._behind(joint), _GREY, 0.6)
+
+    def _ends(self, body: int) -> dict[Vector, bool]:
+        """Where a body's joints are, and whether a motor is there."""
+        ends: dict[Vector, bool] = {}
+        for joint in self.graph.joints:
+            for of, place in ((joint.parent, joint.F), (joint.child, joint.M)):
+                if of == body and joint.name != "platform":
+                    ends[place.p] = ends.get(place.p, False) or joint.actuated
+        return ends
+
+    def _behind(self, joint: GraphJoint) -> Vector:
+        """Where a piston's rod comes from: the middle of its cylinder, at home."""
+        middle = vector(np.mean(list(self._ends(joint.parent)), axis=0))
+        pose = self.placed[self.graph.bodies[joint.parent]][1]
+        here = inverse(self.placed[self.graph.bodies[joint.child]][1])
+        return then(then(here, pose), Placement(IDENTITY, middle)).p
+
+    def _ball(self, body: str, p: Vector, rgba: Sequence[float], size: float = 1.0) -> None:
+        self.placed[body][0].add_geom(
+            type=self.mujoco.mjtGeom.mjGEOM_SPHERE,
+            pos=p,
+            size=[size * self.radius, 0, 0],
+            rgba=rgba,
+            contype=0,
+            conaffinity=0,
+        )
+
+    def _capsule(
+        self, body: str, a: Vector, b: Vector, rgba: Sequence[float], size: float = 1.0
+    ) -> None:
+        if np.linalg.norm(minus(a, b)) < self.radius:
+            return
+        self.placed[body][0].add_geom(
+            type=self.mujoco.mjtGeom.mjGEOM_CAPSULE,
+            fromto=[*a, *b],
+            size=[size * self.radius, 0, 0],
+            rgba=rgba,
+            contype=0,
+            conaffinity=0,
+        )
+
+    def text(self) -> str:
+        """The model as XML, with servos on the actuated coordinates and home as its key frame."""
+        mass = float(self.spec.compile().body_subtreemass[0])
+        hinge = self.mujoco.mjtJoint.mjJNT_HINGE
+        inertias = {
+            joint.name: mass * (self.graph.length**2 if joint.type == hinge else 1.0)
+            for joint in self.spec.joints
+        }
+        for joint in self.spec.joints:  # small bodies in stiff loops would shake
+            joint.armature = _ROTOR * inertias[joint.name]
+            joint.damping = [_SERVO * joint.armature, 0.0, 0.0]
+        moved = [c for c in self.graph.coordinates if c.actuated]
+        for coordinate in moved:
+            inertia = inertias[coordinate.name]
+            servo = self.spec.add_actuator(
+                name=coordinate.name,
+                target=coordinate.name,
+                trntype=self.mujoco.mjtTrn.mjTRN_JOINT,
+            )
+            servo.set_to_position(kp=_SERVO**2 * inertia, kv=2 * _SERVO * inertia)
+        qpos = self.spec.compile().qpos0
+        self.spec.add_key(name="home", qpos=qpos, ctrl=[self.spec.joint(c.name).ref for c in moved])
+        self.spec.compile()
+        return _in_full(self.spec)
+
+
+def _in_full(spec: Any) -> str:
+    """The spec's XML, which MuJoCo writes with six digits, with all digits of what matters."""
+    from lxml import etree
+
+    root = xml_root(spec.to_xml(), "MJCF")
+    found = {"body": spec.body, "joint": spec.joint, "site": spec.site}
+    keys = {
+        "body": ("pos", "quat"),
+        "joint": ("pos", "axis", "ref", "range"),
+        "site": ("pos", "quat"),
+    }
+    for element in root.iter("body", "joint", "site"):
+        if element.get("joint1") is not None:  # no joint but a coupling of two
+            continue
+        item = found[str(element.tag)](element.get("name"))
+        for key in keys[str(element.tag)]:
+            if key != "range" or element.get(key) is not None:
+                element.set(key, _numbers(getattr(item, key)))
+    for element, item in zip(root.iterfind("equality/*"), spec.equalities, strict=True):
+        if element.get("polycoef") is not None:
+            element.set("polycoef", _numbers(item.data[:5]))
+    (home,) = root.iterfind("keyframe/key")
+    for name in ("qpos", "ctrl"):
+        values = getattr(spec.keys[0], name)
+        if len(values):
+            home.set(name, _numbers(values))
+    etree.indent(root)
+    return etree.tostring(root, encoding="unicode") + "\n"
+
+
+def _numbers(values: Any) -> str:
+    return " ".join(f"{float(value):.17g}" for value in np.atleast_1d(values))
+
+
+def _quaternion(mujoco: Any, R: Matrix) -> FloatArray:
+    quaternion = np.empty(4)
+    mujoco.mju_mat2Quat(quaternion, np.array(R, dtype=float).ravel())
+    return quaternion

@@ -1,0 +1,63 @@
+"""Mechanisms out to other programs, by the suffix of the file: MJCF, URDF, C."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+from parakin.errors import InputError
+from parakin.files.writing import check_writable, replacing
+from parakin.model.graph import graph_of
+from parakin.model.mechanism import Mechanism
+
+SUFFIXES = (".xml", ".urdf", ".c")
+
+
+def check_export(path: Path) -> list[Path]:
+    """The files that an export writes. Raises InputError where it can't, before any work."""
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        found = repr(suffix) if suffix else "no suffix"
+        raise InputError(str(path), found, ".xml (MJCF), .urdf or .c")
+    paths = [path]
+    if suffix == ".urdf":
+        paths.append(path.with_suffix(".loops.yaml"))
+    elif suffix == ".c":
+        paths += [path.with_suffix(".h"), path.with_name(f"{path.stem}_test.c")]
+    for each in paths:
+        check_writable(each)
+    return paths
+
+
+def export(mechanism: Mechanism, path: Path, driven: Sequence[str] | None = None) -> list[Path]:
+    """Write a mechanism for another program; the paths written. If it fails, none is changed.
+
+    driven: what the C code solves for, the mechanism's own choice if not given.
+    Raises InputError, AssemblyError, DrivenError.
+    """
+    paths = check_export(path)
+    suffix = path.suffix.lower()
+    if driven is not None and suffix != ".c":
+        raise InputError("--driven", f"a choice for {suffix}", "one for .c: models solve for any")
+    texts: tuple[str, ...]
+    if suffix == ".c":
+        from parakin.exports.c99 import c_code
+
+        texts = c_code(mechanism, path.stem, driven)
+    elif suffix == ".urdf":
+        from parakin.exports.urdf import urdf
+
+        texts = urdf(graph_of(mechanism))
+    else:
+        from parakin.exports.mjcf import mjcf
+
+        texts = (mjcf(graph_of(mechanism)),)
+    _write(dict(zip(paths, texts, strict=True)))
+    return paths
+
+
+def _write(texts: Mapping[Path, str]) -> None:
+    with ExitStack() as stack:
+        for path, text in texts.items():
+            stack.enter_context(replacing(path)).write_text(text, "utf-8", newline="\n")

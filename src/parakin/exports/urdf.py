@@ -1,0 +1,210 @@
+"""A mechanism as URDF and a YAML file of its loops.
+
+URDF knows trees of single hinges and slides: a joint of several coordinates becomes a chain of
+them, X.1, X.2, ..., over links without a body. The loops go into a file of their own as pairs of
+links that coincide (Gepetto's convention): in a point (3d) at spherical joints and rods, as
+frames (6d) at all others. `home` in it is ours, coordinates counted from their joints' zeros.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from parakin.algebra.spatial import IDENTITY, ZERO, Matrix, Vector, minus, times, transpose
+from parakin.files.links import HERE, about, inverse, not_installed, then
+from parakin.kinematics.assembly import Configuration, assembled, configure
+from parakin.model.graph import Graph, GraphJoint, Placement
+
+_UNBOUNDED = 1000.0  # URDF has no slide without limits [m], nor without these [N, m/s]
+_LOCKED = 1e-12
+
+
+def urdf(graph: Graph) -> tuple[str, str]:
+    """The tree as URDF and its loops as YAML. Raises InputError without lxml, AssemblyError."""
+    try:
+        import yaml
+        from lxml import etree
+    except ImportError:
+        raise not_installed("URDF", "lxml or PyYAML") from None
+    tree = graph.posed_tree()
+    robot = _Robot(graph, configure(graph, tree, assembled(graph).q))
+    robot.link(graph.bodies[0])
+    for number, backwards in tree.steps:
+        joint = graph.joints[number]
+        near, far = (joint.child, joint.parent) if backwards else (joint.parent, joint.child)
+        end = joint.F if backwards else joint.M
+        robot.chain(joint, graph.bodies[near], graph.bodies[far], end, backwards)
+    for number in tree.cuts:
+        robot.close(graph.joints[number])
+    for name, (body, p) in graph.points.items():
+        robot.frame(name, graph.bodies[body], Placement(IDENTITY, p))
+    etree.indent(robot.root)
+    text = etree.tostring(robot.root, encoding="unicode") + "\n"
+    told = {
+        "closed_loop": [list(pair) for pair in robot.pairs],
+        "type": robot.types,
+        "name_mot": [c.name for c in graph.coordinates if c.actuated],
+        "home": robot.home,
+    }
+    header = (
+        f"# Loops of {graph.mechanism.name}: pairs of links that coincide, and home [m, rad].\n"
+    )
+    return text, header + yaml.safe_dump(told, sort_keys=False, default_flow_style=None)
+
+
+class _Robot:
+    """A URDF in the making, with its pairs of links to be closed."""
+
+    def __init__(self, graph: Graph, at: Configuration) -> None:
+        from lxml import etree
+
+        self._sub = etree.SubElement
+        self.graph, self.at = graph, at
+        self.root = etree.Element("robot", name=graph.mechanism.name)
+        self.links: set[str] = set()
+        self.pairs: list[tuple[str, str]] = []
+        self.types: list[str] = []
+        self.home: dict[str, float] = {}
+
+    def link(self, name: str) -> None:
+        self.links.add(name)
+        link = self._sub(self.root, "link", name=name)
+        if name in self.graph.bodies:
+            geometry = self._sub(self._sub(link, "visual"), "geometry")
+            self._sub(geometry, "sphere", radius=f"{0.03 * self.graph.length:.6g}")
+
+    def chain(
+        self, joint: GraphJoint, near: str, far: str, end: Placement, backwards: bool
+    ) -> None:
+        """A joint's coordinates, one after the other, from one link to another."""
+        here = joint.M if backwards else joint.F
+        if backwards:
+            here = then(here, Placement(transpose(joint.tail), ZERO))
+        after = inverse(end)
+        if not backwards:
+            after = then(Placement(joint.tail, ZERO), after)
+        order = list(zip(joint.coordinates, joint.pairs, strict=True))
+        for i, (k, pair) in enumerate(reversed(order) if backwards else order):
+            last = i == len(order) - 1 and after == HERE and not pair.pitch
+            axis: list[float] = [0.0, 0.0, 0.0]
+            axis[pair.axis] = -1.0 if backwards else 1.0
+            name = self.graph.coordinates[k].name
+            child = far if last else self._fresh(f"{joint.name} link {i + 1}")
+            self._moving(name, k, pair.slides, near, child, here, axis)
+            near, here = child, HERE
+            if pair.pitch:
+                child = far if after == HERE else self._fresh(f"{joint.name} nut")
+                self._moving(f"{name}.advance", k, True, near, child, here, axis, pair.pitch)
+                near = child
+        if near != far:
+            self.fixed(f"{joint.name} end", near, far, then(here, after))
+
+    def _moving(
+        self,
+        name: str,
+        k: int,
+        slides: bool,
+        near: str,
+        far: str,
+        here: Placement,
+        axis: Sequence[float],
+        pitch: float = 0.0,
+    ) -> None:
+        low, high = self.graph.coordinates[k].limits
+        home = float(self.at.q[k])
+        if k in self.graph.from_home:  # URDF counts as the joint does
+            low, high = low + home, high + home
+        bounded = math.isfinite(low) and math.isfinite(high) and not pitch
+        kind = "prismatic" if slides else "revolute" if bounded else "continuous"
+        joint = self._joint(name, kind, near, far, here)
+        self._sub(joint, "axis", xyz=_numbers(axis))
+        if slides and not bounded:
+            low, high = -_UNBOUNDED, _UNBOUNDED
+        if slides or bounded:
+            limit = self._sub(joint, "limit", effort="1000", velocity="1000")
+            limit.set("lower", _numbers([low]))
+            limit.set("upper", _numbers([high]))
+        if pitch:
+            self._sub(
+                joint,
+                "mimic",
+                joint=self.graph.coordinates[k].name,
+                multiplier=_numbers([pitch]),
+            )
+            return
+        self.home[name] = home
+
+    def _joint(self, name: str, kind: str, near: str, far: str, here: Placement):  # type: ignore[no-untyped-def]  # lxml's element
+        self.link(far)
+        joint = self._sub(self.root, "joint", name=name, type=kind)
+        self._sub(joint, "parent", link=near)
+        self._sub(joint, "child", link=far)
+        self._sub(joint, "origin", xyz=_numbers(here.p), rpy=_numbers(_rpy(here.R)))
+        return joint
+
+    def fixed(self, name: str, near: str, far: str, here: Placement) -> None:
+        self._joint(name, "fixed", near, far, here)
+
+    def frame(self, name: str, body: str, at: Placement) -> str:
+        """A link without a body, at a place on one that has."""
+        name = self._fresh(name)
+        self.fixed(f"{name} on {body}", body, name, at)
+        return name
+
+    def close(self, joint: GraphJoint) -> None:
+        """A joint outside the tree: two links that coincide."""
+        parent, child = self.graph.bodies[joint.parent], self.graph.bodies[joint.child]
+        kind = "3d" if joint.kind in ("spherical", "rod") else "6d"
+        if joint.kind == "rod":
+            near = self._rod(joint, parent)
+        elif joint.kind in ("spherical", "fixed"):
+            near = self.frame(f"{joint.name}_A", parent, joint.F)
+        else:
+            near = self._fresh(f"{joint.name}_A")
+            self.chain(joint, parent, near, HERE, False)
+        far = self.frame(f"{joint.name}_B", child, joint.M)
+        # Of links that become one body, a reader keeps the name of the first.
+        self.pairs.append((near, far) if kind == "3d" else (far, near))
+        self.types.append(kind)
+
+    def _rod(self, joint: GraphJoint, parent: str) -> str:
+        """A rod on two hinges that stand at zero at home; the name of the link at its tip."""
+        poses = [self.at.circuits.pose(body) for body in (joint.parent, joint.child)]
+        start, tip = (
+            then(Placement(pose.R, pose.p), place).p
+            for pose, place in zip(poses, (joint.F, joint.M), strict=True)
+        )
+        along = times(1 / joint.length, minus(tip, start))
+        turn = np.array(poses[0].R, dtype=float).T @ np.array(about(along), dtype=float)
+        rows = [tuple(float(a) for a in row) for row in turn]
+        here = Placement((rows[0], rows[1], rows[2]), joint.F.p)  # type: ignore[arg-type]
+        near = parent
+        for number, axis in enumerate(np.eye(3)[:2], start=1):
+            name = f"{joint.name}.{number}"
+            far = self._fresh(f"{joint.name} rod" if number == 2 else f"{joint.name} link")
+            hinge = self._joint(name, "continuous", near, far, here)
+            self._sub(hinge, "axis", xyz=_numbers(axis))
+            self.home[name] = 0.0
+            near, here = far, HERE
+        return self.frame(f"{joint.name}_A", near, Placement(IDENTITY, (0.0, 0.0, joint.length)))
+
+    def _fresh(self, name: str) -> str:
+        while name in self.links or name in self.graph.bodies:
+            name += "'"
+        return name
+
+
+def _rpy(R: Matrix) -> Vector:
+    """Turns about the fixed x, y and z axes, one after the other."""
+    size = math.hypot(R[2][1], R[2][2])
+    pitch = math.atan2(-R[2][0], size)
+    if size < _LOCKED:
+        return (math.atan2(-R[1][2], R[1][1]), pitch, 0.0)
+    return (math.atan2(R[2][1], R[2][2]), pitch, math.atan2(R[1][0], R[0][0]))
+
+
+def _numbers(values: Sequence[float]) -> str:
+    return " ".join(f"{float(value) + 0.0:.17g}" for value in values)

@@ -1,0 +1,201 @@
+"""Motions from CSV files: a column of times and columns of the driven coordinates."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import math
+import re
+import stat
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from parakin.arrays import ORDERS
+from parakin.errors import InputError, nearest, reason
+from parakin.model.expressions import TIME, Dimension, Parameters
+from parakin.motion.motion import Motion
+from parakin.motion.sampled import from_arrays
+
+MAX_BYTES = 2 * 10**9
+_RESULTS = re.compile(  # columns that our own results hold beside those of driven coordinates
+    r"status|residual|conditioning"
+    r"|.+\.(orientation|(angular_)?(position|velocity|acceleration|jerk))(\.[wxyz])?"
+)
+_COLUMN = re.compile(r"([^\[\]]*?)\s*(?:\[(.*)\])?")
+_UNIT = re.compile(r"(?:[^\W\d_]|°)+(?:/s(?:\^[23]|\*\*[23]|[²³])?)?")
+
+
+class _Column(NamedTuple):
+    at: int
+    header: str
+    factor: float  # the column's unit in SI
+
+
+def read_motion_csv(
+    path: str | Path,
+    dimensions: Mapping[str, Dimension],
+    smoothing: float | Mapping[str, float] | None = None,
+    max_gap: float | None = None,
+) -> Motion:
+    """The motion in a CSV file, named after the file.
+
+    The header names the columns: `time`, for each driven coordinate (the keys of `dimensions`)
+    `NAME` or `NAME.position` and, for all or for none, `NAME.velocity` and `NAME.acceleration`,
+    with which `NAME.jerk` may stand.
+    A unit may follow in brackets, `platform.x [mm]`; it is SI otherwise. Commas, semicolons or
+    tabs part the columns, whichever the header has most of; numbers have a decimal point. Lines
+    with # may stand before the header. The text is UTF-8.
+
+    So that a result can be a motion, columns of other coordinates and of bodies are left aside
+    if they say which quantity they hold (`A2.position`), and so are status, residual and
+    conditioning. `smoothing` and `max_gap` are those of `from_arrays`. Raises InputError, with
+    the file and where it can the line and column, on anything else.
+    """
+    path = Path(path)
+    lines = _lines(path)
+    _, header = next(lines, (0, ""))
+    if not header:
+        raise InputError(str(path), "no text", "a header and samples")
+    delimiter = max(",;\t", key=header.count)
+    headers = _cells(header, delimiter, f"{path}, header")
+    columns = _columns(headers, dimensions, str(path))
+    wanted = [columns["time", ""]]
+    quantities = [q for q in ORDERS if _complete(columns, q, dimensions, str(path))]
+    wanted += [columns[name, quantity] for quantity in quantities for name in dimensions]
+
+    first = next(lines, None)
+    if first is None:
+        raise InputError(str(path), "only a header", "samples below it")
+    rows = _rows(itertools.chain([first], lines), delimiter, len(headers), str(path))
+    used = [column.at for column in wanted]
+    try:
+        table = np.loadtxt(
+            rows, delimiter=delimiter, usecols=used, comments=None, quotechar='"', ndmin=2
+        )
+    except ValueError as error:
+        _refuse_cell(path, delimiter, wanted)
+        raise InputError(str(path), str(error), "numbers") from None
+    if not np.isfinite(table).all():
+        _refuse_cell(path, delimiter, wanted)
+    table *= [column.factor for column in wanted]
+    time, values = table[:, 0], table[:, 1:].T.reshape(len(quantities), len(dimensions), -1)
+    given = dict(zip(quantities, values, strict=True))
+    rates = (given.get(quantity) for quantity in ORDERS[1:])
+    names = tuple(dimensions)
+    try:
+        return from_arrays(
+            path.stem,
+            names,
+            time,
+            given["position"],
+            *rates,
+            smoothing=smoothing,
+            max_gap=max_gap,
+        )
+    except InputError as error:
+        raise error.within(str(path)) from None
+
+
+def _lines(path: Path) -> Iterator[tuple[int, str]]:
+    """The header and what follows, with line numbers from 1; blank lines are left out."""
+    try:
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode):
+            raise InputError(str(path), "a directory or device", "a CSV file")
+        if status.st_size > MAX_BYTES:
+            raise InputError(str(path), f"{status.st_size} bytes", f"at most {MAX_BYTES}")
+        with path.open(encoding="utf-8-sig") as file:
+            numbered = ((n, line) for n, line in enumerate(file, 1) if not line.isspace())
+            yield from itertools.dropwhile(lambda item: item[1].lstrip().startswith("#"), numbered)
+    except UnicodeDecodeError:
+        raise InputError(str(path), "bytes that are not UTF-8", "a text file in UTF-8") from None
+    except (OSError, ValueError) as error:  # ValueError: a null character in the path
+        raise InputError(str(path), reason(error), "a readable CSV file") from None
+
+
+def _cells(line: str, delimiter: str, place: str) -> list[str]:
+    try:
+        return [cell.strip() for cell in next(csv.reader([line.strip("\n")], delimiter=delimiter))]
+    except csv.Error as error:  # a cell of more than 131072 characters, a null character
+        raise InputError(place, str(error), "cells of text or numbers") from None
+
+
+def _rows(
+    lines: Iterator[tuple[int, str]], delimiter: str, width: int, place: str
+) -> Iterator[str]:
+    """The lines, each checked to have `width` cells, which loadtxt does not where it picks."""
+    for number, line in lines:
+        where = f"{place}, line {number}"
+        cells = len(_cells(line, delimiter, where)) if '"' in line else line.count(delimiter) + 1
+        if cells != width:
+            raise InputError(where, f"{cells} cells", f"{width}, as in the header")
+        yield line
+
+
+def _columns(
+    headers: Sequence[str], dimensions: Mapping[str, Dimension], place: str
+) -> dict[tuple[str, str], _Column]:
+    """The columns by coordinate and quantity, ("time", "") among them; others are left out."""
+    columns: dict[tuple[str, str], _Column] = {}
+    known = ["time", *dimensions, *(f"{n}.{q}" for n in dimensions for q in ORDERS)]
+    for index, header in enumerate(headers):
+        match = _COLUMN.fullmatch(header)
+        name, unit = match.groups() if match else (header, None)
+        coordinate, _, quantity = name.rpartition(".")
+        if quantity not in ORDERS:
+            coordinate, quantity = name, "" if name == "time" else "position"
+        where = f"{place}, column {index + 1}"
+        if (coordinate, quantity) in columns:
+            twice = columns[coordinate, quantity].header
+            raise InputError(where, f"{header!r} after {twice!r}", "one column for each")
+        factor = 1.0
+        if coordinate in dimensions or name == "time":
+            length, time, angle = TIME if name == "time" else dimensions[coordinate]
+            order = 0 if name == "time" else ORDERS.index(quantity)
+            factor = _factor(unit, (length, time - order, angle), f"{where} {header!r}")
+        elif not _RESULTS.fullmatch(name):
+            raise InputError(where, f"{header!r}", nearest(name, known))
+        columns[coordinate, quantity] = _Column(index, header, factor)
+    for coordinate, quantity in [("time", ""), *((name, "position") for name in dimensions)]:
+        if (coordinate, quantity) not in columns:
+            raise InputError(place, f"no column {coordinate!r}", nearest(coordinate, headers))
+    return columns
+
+
+def _factor(unit: str | None, dimension: Dimension, place: str) -> float:
+    if unit is None:
+        return 1.0
+    if not _UNIT.fullmatch(unit.strip()):
+        raise InputError(place, f"the unit [{unit}]", "a unit such as mm, deg/s or m/s^2")
+    return Parameters({}).evaluate(f"1 {unit}", dimension, place)
+
+
+def _complete(
+    columns: Mapping[tuple[str, str], _Column],
+    quantity: str,
+    dimensions: Mapping[str, Dimension],
+    place: str,
+) -> bool:
+    """Whether there are columns of `quantity`; InputError if for some coordinates only."""
+    lacking = [name for name in dimensions if (name, quantity) not in columns]
+    if 0 < len(lacking) < len(dimensions):
+        found = f"columns of {quantity}, but none for {lacking[0]!r}"
+        raise InputError(place, found, "them for all driven coordinates or for none")
+    return not lacking
+
+
+def _refuse_cell(path: Path, delimiter: str, wanted: Sequence[_Column]) -> None:
+    """Look for the first cell that is no finite number and refuse it."""
+    for number, line in itertools.islice(_lines(path), 1, None):
+        cells = _cells(line, delimiter, f"{path}, line {number}")
+        for column, cell in ((c, cells[c.at]) for c in wanted if c.at < len(cells)):
+            try:  # like loadtxt, and unlike Python's float, no 1_000 and no digits beyond ASCII
+                sound = math.isfinite(float(cell)) and cell.isascii() and "_" not in cell
+            except ValueError:
+                sound = False
+            if not sound:
+                where = f"{path}, line {number}, column {column.header!r}"
+                raise InputError(where, repr(cell), "a finite number with a decimal point")

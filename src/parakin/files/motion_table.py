@@ -1,0 +1,206 @@
+"""Motions as tables of a TOML file: a law of time for each driven coordinate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from parakin.errors import InputError, nearest
+from parakin.model.expressions import ANGLE, FREQUENCY, TIME, Dimension, Parameters, Value
+from parakin.model.validation import Table, validated
+from parakin.motion.laws import (
+    Law,
+    chirp,
+    constant,
+    cosine,
+    from_laws,
+    polynomial345,
+    polynomial4567,
+    sine,
+    sines,
+    waypoints,
+)
+from parakin.motion.motion import SLACK, Motion, refuse_unless_positive
+
+
+class _Constant(Table):
+    law: Literal["constant"]
+    value: Value
+
+
+class _RestToRest(Table):
+    law: Literal["cosine", "poly345", "poly4567"]
+    by: Value | None = None
+    to: Value | None = None
+    from_: Value | None = Field(None, alias="from")
+    begin: Value = 0.0
+    duration: Value | None = None
+
+
+class _Term(Table):
+    amplitude: Value
+    frequency: Value
+    phase: Value = 0.0
+
+
+class _Sine(_Term):
+    law: Literal["sine"]
+    center: Value | None = None
+
+
+class _Sines(Table):
+    law: Literal["sines"]
+    terms: Annotated[list[_Term], Field(min_length=1)]
+    center: Value | None = None
+
+
+class _Chirp(Table):
+    law: Literal["chirp"]
+    amplitude: Value
+    from_frequency: Value
+    to_frequency: Value
+    phase: Value = 0.0
+    center: Value | None = None
+
+
+class _Waypoints(Table):
+    law: Literal["waypoints"]
+    times: list[Value]
+    values: list[Value]
+
+
+_LawTable = Annotated[
+    _Constant | _RestToRest | _Sine | _Sines | _Chirp | _Waypoints, Field(discriminator="law")
+]
+
+
+class _MotionTable(Table):
+    duration: Value
+    rate: Value = 1000.0  # samples per second
+    title: str = ""
+    laws: dict[str, _LawTable] = Field(default_factory=dict)
+
+
+def flatten(table: Mapping[str, Any], place: str) -> dict[str, Any]:
+    """Law tables by coordinate, `platform.x` being x inside platform where TOML nests them.
+
+    A table of nothing but tables is a part of a name. Raises InputError on a name given twice.
+    """
+    flat: dict[str, Any] = {}
+    for key, entry in table.items():
+        laws = {key: entry}
+        inner = list(entry.values()) if isinstance(entry, Mapping) else []
+        if inner and all(isinstance(value, Mapping) for value in inner):
+            below = flatten(entry, f"{place}.{key}")
+            laws = {f"{key}.{name}": law for name, law in below.items()}
+        for name in laws.keys() & flat.keys():
+            raise InputError(f"{place}.{name}", "two laws", "one")
+        flat |= laws
+    return flat
+
+
+def from_table(
+    table: Mapping[str, Any],
+    name: str,
+    parameters: Parameters,
+    home: Mapping[str, float],
+    dimensions: Mapping[str, Dimension],
+    place: str,
+    rate: float | None = None,
+) -> Motion:
+    """The motion that a TOML table says: duration, rate, and laws by driven coordinate.
+
+    `dimensions` names the driven coordinates, LENGTH or ANGLE each, and `home` has their values
+    [SI]: where laws start or oscillate unless they say otherwise, and where a coordinate without
+    a law rests. `rate` [samples per second] replaces the table's. Laws must begin and end within
+    the motion. Raises InputError, its place below `place`.
+    """
+    table = dict(table)
+    if isinstance(table.get("laws"), Mapping):
+        table["laws"] = flatten(table["laws"], f"{place}.laws")
+    checked = validated(_MotionTable, table, place)
+    span = parameters.evaluate(checked.duration, TIME, f"{place}.duration")
+    refuse_unless_positive(span, f"{place}.duration")
+    if rate is None:
+        rate = parameters.evaluate(checked.rate, FREQUENCY, f"{place}.rate")
+        refuse_unless_positive(rate, f"{place}.rate")
+    for coordinate in checked.laws:
+        if coordinate not in dimensions:
+            found = f"{coordinate!r}, not driven"
+            raise InputError(f"{place}.laws", found, nearest(coordinate, dimensions))
+    laws = {coordinate: constant(home[coordinate]) for coordinate in dimensions}
+    for coordinate, law in checked.laws.items():
+        try:
+            laws[coordinate] = _law(
+                law, parameters.evaluate, dimensions[coordinate], home[coordinate], span
+            )
+        except InputError as error:
+            inner = f"{place}.laws.{coordinate}.{error.place}"
+            raise InputError(inner, error.found, error.expected) from None
+    return from_laws(name, laws, span, rate)
+
+
+def _law(
+    table: _LawTable,
+    value: Callable[[Value, Dimension, str], float],
+    dimension: Dimension,
+    home: float,
+    span: float,
+) -> Law:
+    """The law that `table` says for a motion of `span` seconds; errors name its keys."""
+
+    def center(text: Value | None, key: str = "center") -> float:
+        return home if text is None else value(text, dimension, key)
+
+    def term(table: _Term, key: str = "") -> tuple[float, float, float]:
+        return (
+            value(table.amplitude, dimension, f"{key}amplitude"),
+            value(table.frequency, FREQUENCY, f"{key}frequency"),
+            value(table.phase, ANGLE, f"{key}phase"),
+        )
+
+    match table:
+        case _Constant():
+            return constant(value(table.value, dimension, "value"))
+        case _Sine():
+            return sine(center(table.center), *term(table))
+        case _Sines():
+            terms = [term(inner, f"terms[{i}].") for i, inner in enumerate(table.terms)]
+            return sines(center(table.center), terms)
+        case _Chirp():
+            return chirp(
+                center(table.center),
+                value(table.amplitude, dimension, "amplitude"),
+                value(table.from_frequency, FREQUENCY, "from_frequency"),
+                value(table.to_frequency, FREQUENCY, "to_frequency"),
+                span,
+                value(table.phase, ANGLE, "phase"),
+            )
+        case _Waypoints():
+            times = [value(text, TIME, f"times[{i}]") for i, text in enumerate(table.times)]
+            values = [value(text, dimension, f"values[{i}]") for i, text in enumerate(table.values)]
+            _refuse_outside(min(times, default=0.0), max(times, default=0.0), span, "times")
+            return waypoints(times, values)
+        case _RestToRest():
+            start = center(table.from_, "from")
+            if (table.by is None) == (table.to is None):
+                found = "neither" if table.by is None else "both"
+                raise InputError("by and to", found, "one of them")
+            by = center(table.to, "to") - start
+            if table.by is not None:
+                by = value(table.by, dimension, "by")
+            begin = value(table.begin, TIME, "begin")
+            duration = span - begin
+            if table.duration is not None:
+                duration = value(table.duration, TIME, "duration")
+            _refuse_outside(begin, begin + duration, span, "begin")
+            make = {"cosine": cosine, "poly345": polynomial345, "poly4567": polynomial4567}
+            return make[table.law](start, by, duration, begin)
+
+
+def _refuse_outside(begin: float, end: float, span: float, place: str) -> None:
+    if not 0 <= begin <= end <= span * (1 + SLACK):
+        found = f"a law from {begin:g} s to {end:g} s"
+        raise InputError(place, found, f"one within the motion, 0 s to {span:g} s")

@@ -1,0 +1,394 @@
+"""Files read: mechanisms and motions, checked for size and shape before they mean anything."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from parakin.errors import InputError, nearest, reason
+from parakin.files.links import not_installed, xml_root
+from parakin.files.motion_csv import read_motion_csv
+from parakin.files.motion_table import from_table
+from parakin.model.expressions import Parameters, Value
+from parakin.model.graph import Graph
+from parakin.model.limbs import spelt_out
+from parakin.model.mechanism import Body, Joint, Mechanism, Platform
+from parakin.model.validation import AnyModel, validated
+from parakin.motion.motion import Motion
+
+MAX_BYTES = 1_000_000
+_MAX_DEPTH = 12
+_MAX_DIGITS = 1000
+_MAX_BITS = 10_000  # of whole numbers; Python writes them out, in a message, up to some 14,000
+_TOML_TEXT = re.compile(r"""\"(?:[^"\\\n]|\\.)*+"?|'[^'\n]*+'?""")
+_LONG_KEY = re.compile(r"(?:\.[ \t]*[\w-]++[ \t]*+){100}")  # a.b.c...: tomllib takes its square
+_TOO_DEEP = (f"lists or tables more than {_MAX_DEPTH} deep", "fewer inside one another")
+_COORDINATE_TABLES = ("home", "stated", "guess", "limits")
+
+
+def catalogue() -> dict[str, str]:
+    """Mechanisms that come with parakin: name and title."""
+    return {
+        name: str(tomllib.loads(_catalogue_text(name)).get("title", ""))
+        for name in _catalogue_names()
+    }
+
+
+def _catalogue_names() -> list[str]:
+    files = (entry.name for entry in _catalogue_folder().iterdir())
+    return sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml"))
+
+
+def _catalogue_text(name: str) -> str:
+    return str((_catalogue_folder() / f"{name}.toml").read_text("utf-8"))
+
+
+def _catalogue_folder() -> Any:
+    return resources.files("parakin") / "catalogue"
+
+
+def load(
+    mechanism: str | Path,
+    parameters: Mapping[str, Value] | None = None,
+    loops: str | Path | None = None,
+) -> Mechanism:
+    """A mechanism of the catalogue by name, or from a file by path: TOML, MJCF (.xml) or URDF.
+
+    parameters: overrides by name. loops: the YAML file that tells the loops of a URDF. No other
+    file is read than these. Raises InputError with file, place, found and expected.
+    """
+    if _is_xml(mechanism):
+        made = _from_xml(Path(mechanism), None if loops is None else Path(loops))
+    elif loops is not None:
+        raise InputError(str(mechanism), "a file of loops beside it", "a URDF, if loops are apart")
+    else:
+        table, origin = _tables(mechanism)
+        made = mechanism_from_table(table, origin)
+    return made.with_parameters(parameters) if parameters else made
+
+
+def _is_xml(mechanism: str | Path) -> bool:
+    return Path(mechanism).suffix.lower() in (".xml", ".urdf")
+
+
+def _as_table(mechanism: Mechanism) -> dict[str, Any]:
+    """A mechanism as the tables of its file."""
+    table = mechanism.model_dump(exclude_defaults=True, exclude={"origin"})
+    for key in ("bodies", "joints"):
+        table[key] = {entry.pop("name"): entry for entry in table[key]}
+    return table
+
+
+def _from_xml(path: Path, loops: Path | None) -> Mechanism:
+    """A mechanism from MJCF or URDF, told apart by what the file says it is."""
+    root = xml_root(read_text(path), str(path))
+    if root.tag == "mujoco":
+        from parakin.files.mjcf import mechanism_from_mjcf
+
+        if loops is not None:
+            raise InputError(str(path), "a file of loops beside it", "a URDF, if loops are apart")
+        return mechanism_from_mjcf(root, str(path))
+    if root.tag == "robot":
+        from parakin.files.urdf import mechanism_from_urdf
+
+        told = None if loops is None else parse_yaml(read_text(loops), str(loops))
+        return mechanism_from_urdf(root, str(path), told, str(loops))
+    raise InputError(str(path), f"<{root.tag}>", "<mujoco> or <robot>, that is MJCF or URDF")
+
+
+def expanded(
+    mechanism: str | Path,
+    parameters: Mapping[str, Value] | None = None,
+    loops: str | Path | None = None,
+) -> str:
+    """A mechanism's file with variants, repeated limbs and overrides written out, as TOML; the
+    TOML for a model in MJCF or URDF.
+
+    Raises InputError.
+    """
+    import tomli_w
+
+    if _is_xml(mechanism):
+        return tomli_w.dumps(_as_table(load(mechanism, parameters, loops)))
+    table, origin = _tables(mechanism)
+    table = spelt_out(table, origin)
+    if parameters:
+        table["parameters"] = {**table.get("parameters", {}), **parameters}
+    return tomli_w.dumps(table)
+
+
+def _tables(mechanism: str | Path) -> tuple[dict[str, Any], str]:
+    """The tables of a mechanism's file, laid over those it is a variant of, and its name."""
+    path = Path(mechanism)
+    known = _catalogue_names()
+    if str(mechanism) in known:
+        text = _catalogue_text(str(mechanism))
+        origin = str(mechanism)
+    elif isinstance(mechanism, str) and _is_name(mechanism):
+        expected = f"a file, or {nearest(mechanism, known)}"
+        raise InputError("mechanism", f"unknown name {mechanism!r}", expected)
+    else:
+        text, origin = read_text(path), str(path)
+    return _with_original(parse_toml(text, origin), origin), origin
+
+
+def _is_name(text: str) -> bool:
+    """Whether `text`, unknown to the catalogue, was meant as a name rather than as a file."""
+    try:
+        return not text or not (Path(text).suffix or Path(text).exists())
+    except OSError:  # too long for a file's name
+        return True
+
+
+def _with_original(table: dict[str, Any], origin: str) -> dict[str, Any]:
+    """A variant's tables laid over those of the catalogue's mechanism it is a variant of."""
+    name = table.pop("variant_of", None)
+    if name is None:
+        return table
+    if not isinstance(name, str) or name not in _catalogue_names():
+        raise InputError(
+            f"{origin}: variant_of", repr(name), nearest(str(name), _catalogue_names())
+        )
+    text = _catalogue_text(name)
+    original = _with_original(parse_toml(text, name), name)
+    for key in ("bodies", "joints"):
+        original.setdefault(key, {})  # of limbs alone there may be none
+        for inner, changes in _table(table.get(key, {}), f"{origin}: {key}").items():
+            if inner in original[key]:
+                place = f"{origin}: {key}.{inner}"
+                original[key][inner] = {**original[key][inner], **_table(changes, place)}
+            else:
+                original[key][inner] = changes
+        table.pop(key, None)
+    for key, value in table.items():
+        old = original.get(key)
+        both = isinstance(value, dict) and isinstance(old, dict)
+        original[key] = {**old, **value} if both else value  # type: ignore[dict-item]
+    return original
+
+
+def read_text(path: Path) -> str:
+    """A small text file. Raises InputError where it is missing, a folder, too large or no text."""
+    data = read_bytes(path, MAX_BYTES)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        found = f"byte 0x{data[error.start]:02x}, which is not UTF-8"
+        raise InputError(f"{path}, byte {error.start}", found, "a text file in UTF-8") from None
+    if not text.strip():
+        raise InputError(str(path), "an empty file", "a TOML file")
+    return text
+
+
+def read_bytes(path: Path, most: int) -> bytes:
+    """A file as it is. Raises InputError where it is missing, a folder or larger than `most`."""
+    try:
+        if path.is_dir():
+            raise InputError(str(path), "a folder", "a file")
+        with path.open("rb") as file:
+            data = file.read(most + 1)
+    except OSError as error:
+        raise InputError(str(path), reason(error), "a readable file") from None
+    except ValueError as error:  # a null byte in the path
+        raise InputError(repr(str(path)), str(error), "a path") from None
+    if len(data) > most:
+        raise InputError(str(path), f"more than {most} bytes", "a smaller file")
+    return data
+
+
+def parse_toml(text: str, origin: str) -> dict[str, Any]:
+    """TOML as nested tables. Raises InputError with the line of a syntax error."""
+    if _LONG_KEY.search(_TOML_TEXT.sub("text", text)):
+        raise InputError(origin, *_TOO_DEEP)
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(origin, f"a syntax error: {error}", "TOML") from None
+    except RecursionError:
+        raise InputError(origin, *_TOO_DEEP) from None
+    except (ValueError, OverflowError) as error:
+        raise InputError(origin, f"a value that cannot be read: {error}", "TOML") from None
+    _check_values(table, origin)
+    return table
+
+
+def parse_yaml(text: str, origin: str) -> dict[str, Any]:
+    """YAML as nested tables, without references. Raises InputError with the line of an error."""
+    try:
+        import yaml
+    except ImportError:
+        raise not_installed(origin, "PyYAML") from None
+
+    try:
+        depth = 0  # looked at first: libyaml's own stack is what deep nesting fills otherwise
+        for event in yaml.parse(text, yaml.CSafeLoader):
+            if isinstance(event, yaml.AliasEvent):
+                raise InputError(origin, "a reference (*name)", "values written out")
+            depth += isinstance(event, yaml.CollectionStartEvent)
+            depth -= isinstance(event, yaml.CollectionEndEvent)
+            if depth > _MAX_DEPTH:
+                raise InputError(origin, *_TOO_DEEP)
+        loader = yaml.CSafeLoader(text)
+        node = loader.get_single_node()
+        _check_nodes(node, origin)
+        table = None if node is None else loader.construct_document(node)
+    except yaml.MarkedYAMLError as error:
+        if "nesting" in (error.problem or ""):  # newer ones of PyYAML look at it themselves
+            raise InputError(origin, *_TOO_DEEP) from None
+        mark = error.problem_mark
+        line = "" if mark is None else f", line {mark.line + 1}"
+        raise InputError(f"{origin}{line}", f"a syntax error: {error.problem}", "YAML") from None
+    except yaml.YAMLError as error:
+        raise InputError(origin, f"a syntax error: {error}", "YAML") from None
+    except (RecursionError, ValueError, OverflowError, TypeError) as error:
+        raise InputError(origin, f"a value that cannot be read: {error}", "YAML") from None
+    _check_values(table, origin)
+    if not isinstance(table, dict):
+        raise InputError(origin, f"{table!r:.80}", "a table of loops")
+    return table
+
+
+def _check_nodes(node: Any, origin: str) -> None:
+    """Raises InputError on a key that stands twice in a table, of which YAML takes the last, and
+    on numbers that take long to read.
+    """
+    waiting = [] if node is None else [node]
+    while waiting:
+        value, tag = waiting[-1].value, waiting.pop().tag
+        if isinstance(value, str):
+            if len(value) > _MAX_DIGITS and tag.endswith((":int", ":float")):
+                raise InputError(origin, f"a number of {len(value)} characters", "a shorter one")
+            continue
+        seen: set[str] = set()
+        for item in value:
+            if not isinstance(item, tuple):
+                waiting.append(item)
+                continue
+            waiting += item
+            key = item[0].value if isinstance(item[0].value, str) else ""
+            if key in seen:
+                place = f"{origin}, line {item[0].start_mark.line + 1}"
+                raise InputError(place, f"{key!r:.80} twice", "one value")
+            seen |= {key} if key else set()
+
+
+def _check_values(table: object, origin: str) -> None:
+    """Raises InputError on tables too deep to be meant, and on numbers too long to be written."""
+    level, depth = [table], 0
+    while level:
+        depth += 1
+        if depth > _MAX_DEPTH:
+            raise InputError(origin, *_TOO_DEEP)
+        inside: list[object] = []
+        for item in level:
+            if isinstance(item, dict):
+                inside += [*item.keys(), *item.values()]
+            elif isinstance(item, (list, tuple, set)):
+                inside += item
+            elif isinstance(item, int) and item.bit_length() > _MAX_BITS:
+                found = f"a whole number of {item.bit_length()} bits"
+                raise InputError(origin, found, f"at most {_MAX_BITS}")
+        level = inside
+
+
+def mechanism_from_table(table: Mapping[str, Any], origin: str) -> Mechanism:
+    """A mechanism from the tables of its file; joints and bodies are tables by name.
+
+    Raises InputError.
+    """
+    data = spelt_out(table, origin)
+    for key in ("bodies", "joints"):
+        if key not in data:
+            raise InputError(origin, f"no table [{key}]", f"[{key}.NAME] tables")
+    data["bodies"] = _listed(Body, data["bodies"], f"{origin}: bodies")
+    data["joints"] = _listed(Joint, data["joints"], f"{origin}: joints")
+    if "platform" in data:
+        place = f"{origin}: platform"
+        data["platform"] = validated(Platform, _table(data["platform"], place), place)
+    for key in _COORDINATE_TABLES:
+        if key in data:
+            data[key] = flattened(_table(data[key], f"{origin}: {key}"), f"{origin}: {key}")
+    if "origin" in data:
+        raise InputError(origin, "unknown key 'origin'", "no such key")
+    return Mechanism(**data, origin=origin)
+
+
+def _listed(model: type[AnyModel], tables: object, place: str) -> tuple[AnyModel, ...]:
+    """Tables by name as models that know their names."""
+    made = []
+    for name, table in _table(tables, place).items():
+        inner = _table(table, f"{place}.{name}")
+        if "name" in inner:
+            raise InputError(f"{place}.{name}", "a key 'name'", "the table's own name to be it")
+        made.append(validated(model, {"name": name, **inner}, f"{place}.{name}"))
+    return tuple(made)
+
+
+def _table(value: object, place: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise InputError(place, f"{value!r:.80}", "a table")
+    return value
+
+
+def flattened(table: Mapping[str, Any], place: str) -> dict[str, Any]:
+    """Nested tables as one, their keys joined by dots: TOML reads `platform.x = 1` as nested.
+
+    Raises InputError on a table without keys, and on a name that is given both ways.
+    """
+    flat: dict[str, Any] = {}
+    for key, value in table.items():
+        inner = {key: value}
+        if isinstance(value, Mapping):
+            if not value:
+                raise InputError(f"{place}.{key}", "an empty table", "a value")
+            below = flattened(value, f"{place}.{key}")
+            inner = {f"{key}.{name}": item for name, item in below.items()}
+        for name, item in inner.items():
+            if name in flat:
+                raise InputError(f"{place}.{name}", "two values", "one")
+            flat[name] = item
+    return flat
+
+
+def load_motion(
+    motion: str | Path,
+    graph: Graph,
+    driven: Mapping[str, float],
+    rate: float | None = None,
+    smoothing: Mapping[str, float] | float | None = None,
+    max_gap: float | None = None,
+) -> Motion:
+    """A motion of the mechanism by name, or from a TOML or CSV file by path.
+
+    driven: home position of each driven coordinate. rate: samples per second, of motions given
+    by laws. smoothing: standard deviation of the noise of recorded positions, SI. max_gap: the
+    longest step allowed in recorded data [s]. Raises InputError.
+    """
+    mechanism = graph.mechanism
+    dimensions = {name: graph.dimension(graph.index(name, "driven")) for name in driven}
+    path = Path(motion)
+    if str(motion) in mechanism.motions:
+        table = mechanism.motions[str(motion)]
+        name, place = str(motion), f"{mechanism.where}: motions.{motion}"
+    elif isinstance(motion, str) and _is_name(motion):
+        raise InputError(
+            f"motion of {mechanism.name}",
+            f"unknown name {motion!r}",
+            f"a file, or {nearest(motion, mechanism.motions)}",
+        )
+    elif path.suffix.lower() == ".toml":
+        table, name = parse_toml(read_text(path), str(path)), path.stem
+        place = f"{path}: motion"
+    else:
+        if rate is not None:
+            raise InputError(str(path), "a rate for recorded data", "no rate: it has its own times")
+        return read_motion_csv(path, dimensions, smoothing=smoothing, max_gap=max_gap)
+    for option, given in (("smoothing", smoothing), ("max_gap", max_gap)):
+        if given is not None:
+            raise InputError(place, f"{option} for a motion given by laws", "recorded data")
+    parameters = Parameters(mechanism.parameters, mechanism.where)
+    return from_table(table, name, parameters, driven, dimensions, place, rate=rate)

@@ -1,0 +1,189 @@
+"""Results to files: CSV, NetCDF or Parquet by suffix, window by window, whole or not at all."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+import numpy as np
+
+from parakin.arrays import ORDERS
+from parakin.files.writing import check_suffix, replacing
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+SUFFIXES = (".csv", ".nc", ".parquet")
+_NEEDS = {".nc": ("h5netcdf", "h5py"), ".parquet": ("pyarrow",)}
+_BODY = {
+    "position": "body_position",
+    "orientation": "body_orientation",
+    "velocity": "body_velocity",
+    "angular_velocity": "body_angular_velocity",
+    "acceleration": "body_acceleration",
+    "angular_acceleration": "body_angular_acceleration",
+}
+
+
+def check_output(path: Path) -> None:
+    """Raises InputError where `path` has no known suffix or its library is not installed."""
+    needs = _NEEDS.get(path.suffix.lower(), ())
+    check_suffix(path, SUFFIXES, dict(zip(needs, needs, strict=True)), "files")
+
+
+def frame(ds: xr.Dataset) -> pd.DataFrame:
+    """The Dataset as a flat table: `time`, `A2.position`, ..., `status`, `residual`.
+
+    Bodies, where there are any, come before the last two: `rod.position.x`, ...
+    """
+    import pandas as pd
+
+    columns: dict[str, Any] = {"time": ds["time"].values}
+    orders = {order: ds[order].values for order in ORDERS if order in ds}
+    for k, name in enumerate(ds["coordinate"].values.tolist()):
+        for order, values in orders.items():
+            columns[f"{name}.{order}"] = values[:, k]
+    if "body" in ds:
+        for b, body in enumerate(ds["body"].values.tolist()):
+            for label, variable in _BODY.items():
+                axes = ds["quaternion" if label == "orientation" else "axis"].values.tolist()
+                for a, axis in enumerate(axes):
+                    columns[f"{body}.{label}.{axis}"] = ds[variable].values[:, b, a]
+    columns["status"] = ds["status"].values
+    columns["residual"] = ds["residual"].values
+    return pd.DataFrame(columns)
+
+
+def write(windows: Iterable[xr.Dataset], path: Path) -> None:
+    """Write consecutive windows of one result to `path`.
+
+    Doubles are written in full. Nothing is left behind if it fails. Raises InputError where the
+    path cannot be written.
+    """
+    check_output(path)
+    writer: Callable[[Iterable[xr.Dataset], Path], None] = {
+        ".csv": _csv,
+        ".nc": _netcdf,
+        ".parquet": _parquet,
+    }[path.suffix.lower()]
+    with replacing(path) as temporary:
+        writer(windows, temporary)
+
+
+def write_csv(windows: Iterable[xr.Dataset], stream: TextIO) -> None:
+    """CSV to an open stream."""
+    for number, ds in enumerate(windows):
+        frame(ds).to_csv(stream, index=False, header=number == 0, lineterminator="\n")
+
+
+def _csv(windows: Iterable[xr.Dataset], path: Path) -> None:
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        write_csv(windows, stream)
+
+
+def _parquet(windows: Iterable[xr.Dataset], path: Path) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    writer = None
+    try:
+        for ds in windows:
+            table = pa.Table.from_pandas(frame(ds), preserve_index=False)
+            if writer is None:
+                meta = {k: str(v) for k, v in ds.attrs.items()}
+                schema = table.schema.with_metadata({**(table.schema.metadata or {}), **meta})
+                writer = pq.ParquetWriter(path, schema)
+            writer.write_table(table.cast(writer.schema))
+    finally:
+        if writer is not None:
+            writer.close()
+
+
+def _netcdf(windows: Iterable[xr.Dataset], path: Path) -> None:
+    import h5netcdf
+
+    iterator: Iterator[xr.Dataset] = iter(windows)
+    first = next(iterator)
+    with _Patient(path, "w+") as stream, h5netcdf.File(stream, "w") as file:
+        file.dimensions = {
+            str(name): None if name == "time" else size for name, size in first.sizes.items()
+        }
+        file.attrs.update(first.attrs)
+        for name, variable in first.variables.items():
+            values = variable.values
+            text = values.dtype.kind in "UO"
+            attributes = dict(variable.attrs)
+            if values.dtype.kind == "b":  # as xarray writes them, and reads them back
+                values, attributes["dtype"] = values.astype(np.int8), "bool"
+            chunks = None
+            if "time" in variable.dims:
+                chunks = tuple(
+                    min(size, 4096) if dim == "time" else size
+                    for dim, size in zip(variable.dims, values.shape, strict=True)
+                )
+            made = file.create_variable(
+                str(name),
+                variable.dims,
+                _text_type() if text else values.dtype,
+                chunks=chunks,
+            )
+            made.attrs.update(attributes)
+            if "time" not in variable.dims:
+                made[...] = values.astype(object) if text else values
+        if "coordinate" in first:
+            for name in (name for name in (*ORDERS, "home") if name in first):
+                file[name].attrs["coordinates"] = "unit actuated driven"
+        _append(file, first, 0)
+        total = first.sizes["time"]
+        for ds in iterator:
+            stream.tell_failure()
+            _append(file, ds, total)
+            total += ds.sizes["time"]
+
+
+class _Patient(io.FileIO):
+    """A file for HDF5, which crashes where a write fails: the failure is kept, to be told after."""
+
+    _failure: OSError | None = None
+
+    def write(self, data: Any) -> int:
+        rest = memoryview(data).cast("B")
+        size = len(rest)
+        while len(rest) and self._failure is None:
+            try:
+                rest = rest[super().write(rest) or 0 :]
+            except OSError as error:
+                self._failure = error
+        return size
+
+    def truncate(self, size: int | None = None) -> int:
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self._failure = self._failure or error
+            return size or 0
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+        self.tell_failure()
+
+    def tell_failure(self) -> None:
+        if self._failure is not None:
+            raise self._failure
+
+
+def _text_type() -> Any:
+    import h5py
+
+    return h5py.string_dtype()
+
+
+def _append(file: Any, ds: xr.Dataset, start: int) -> None:
+    stop = start + ds.sizes["time"]
+    file.resize_dimension("time", stop)
+    for name, variable in ds.variables.items():
+        if "time" in variable.dims:
+            file[str(name)][start:stop] = np.ascontiguousarray(variable.values)

@@ -1,0 +1,392 @@
+"""URDF as a mechanism: a tree of links, and loops told beside it or by elements that URDF lacks.
+
+Loops are taken from `<loop>` (URDF+, Chignoli et al. 2024), from `<loop_joint>` (Isaac Sim), from
+a YAML file of `closures` (scikit-robot's loop_closures.yaml: a hinge's point and axis in the root
+link's frame, all joints at zero) or of `closed_loop`, `type` and `name_mot` (Gepetto's
+example-parallel-robots: pairs of links that coincide). Meshes and other files are never opened.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from parakin.algebra.spatial import IDENTITY, ZERO, Matrix, compose, transpose, turned
+from parakin.errors import InputError, nearest
+from parakin.files.links import (
+    HERE,
+    Link,
+    about,
+    inverse,
+    mechanism_of,
+    numbers,
+    then,
+    unit_vector,
+    vector,
+)
+from parakin.model.graph import AXES, THETA, Placement
+from parakin.model.mechanism import MAX_JOINTS, Mechanism
+
+if TYPE_CHECKING:
+    from lxml.etree import _Element
+
+_KINDS = {
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "fixed": "fixed",
+    "floating": "free",
+    "planar": "planar",
+    "spherical": "spherical",
+    "ball": "spherical",
+}
+_FREEDOMS = {"revolute": 1, "prismatic": 1, "free": 6, "planar": 3, "spherical": 3, "universal": 2}
+_UNBOUNDED = 1000.0  # [m]: what URDF has to say for "no limit" of a slide
+_TREE = (
+    "Read from URDF, which tells no loops: an open tree. If the robot has loops, name the file "
+    "that tells them: --loops FILE."
+)
+
+
+def mechanism_from_urdf(
+    root: _Element, origin: str, told: Mapping[str, Any] | None, told_in: str
+) -> Mechanism:
+    """The mechanism of a URDF. told: the tables of the file of its loops. Raises InputError."""
+    if len(root) > 20 * MAX_JOINTS:
+        raise InputError(origin, f"{len(root)} elements", f"at most {20 * MAX_JOINTS}")
+    names = [_name(element, origin) for element in root.iterfind("link")]
+    _distinct(names, "links", origin)
+    links, screws = _joints(root, names, origin, told or {})
+    base = _base(names, links, origin)
+    loops = [*_loops(root, names, origin), *screws]
+    if told is not None:
+        more, links = _told(told, names, links, base, told_in)
+        loops += more
+    closed = any(link.kind != "screw" for link in loops)
+    notes = "Read from URDF." if closed else _TREE
+    title = root.get("name") or "robot"
+    return mechanism_of(title, base, names, links, loops, origin, notes)
+
+
+def _name(element: _Element, origin: str) -> str:
+    name = element.get("name")
+    if not name:
+        place = f"{origin}, line {element.sourceline}"
+        raise InputError(place, f"a <{element.tag}> without a name", "a name")
+    return str(name)
+
+
+def _distinct(names: Sequence[str], what: str, origin: str) -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise InputError(f"{origin}: {what}", f"two named {name!r}", "distinct names")
+        seen.add(name)
+
+
+def _base(names: Sequence[str], links: Sequence[Link], origin: str) -> str:
+    """The link that is no joint's child. Raises InputError where the joints make no tree."""
+    children = [link.child for link in links]
+    twice = next((name for name in children if children.count(name) > 1), None)
+    if twice is not None:
+        expected = "one; loops are told by <loop>, <loop_joint> or a file of their own"
+        raise InputError(f"{origin}: link {twice!r}", "two parents", expected)
+    roots = [name for name in names if name not in children]
+    if len(roots) != 1:
+        found = f"{len(roots)} links that are no joint's child: {', '.join(roots[:5])}"
+        raise InputError(origin, found, "one, the root of the tree")
+    return roots[0]
+
+
+def _joints(
+    root: _Element, names: Sequence[str], origin: str, told: Mapping[str, Any]
+) -> tuple[list[Link], list[Link]]:
+    """The tree's joints, and couplings that make screws."""
+    dependent = told.get("dependent")
+    solved = set(map(str, dependent)) if isinstance(dependent, list) else set()
+    links, screws = [], []
+    for element in root.iterfind("joint"):
+        name = _name(element, origin)
+        place = f"{origin}, line {element.sourceline}: joint {name!r}"
+        kind = _kind(element, place)
+        parent, child = (_end(element, role, names, place) for role in ("parent", "child"))
+        F, M = then(_origin(element.find("origin"), place), _axis(element, kind, place)), HERE
+        if kind in ("revolute", "prismatic", "planar"):
+            M = _axis(element, kind, place)
+        links.append(
+            Link(
+                name, kind, parent, child, F, M,
+                (0.0,) * _FREEDOMS.get(kind, 0),
+                _limits(element, kind, place),
+                (element.get("independent") or "").lower() == "true",  # as URDF+ has it
+            )
+        )  # fmt: skip
+        mimic = element.find("mimic")
+        if mimic is not None and name not in solved:
+            (ratio,) = numbers(mimic.get("multiplier"), 1, (1.0,), f"{place}: multiplier")
+            screws.append(Link(name, "screw", str(mimic.get("joint")), name, pitch=ratio))
+    _distinct([link.name for link in links], "joints", origin)
+    kinds = {link.name: link.kind for link in links}
+    for screw in screws:
+        if kinds.get(screw.parent) != "revolute" or kinds[screw.name] != "prismatic":
+            raise InputError(
+                f"{origin}: joint {screw.name!r}",
+                f"a joint that mimics {screw.parent!r}",
+                "joints that move on their own, slides of screws, or loops instead: "
+                "parakin knows no gears",
+            )
+    return links, screws
+
+
+def _kind(element: _Element, place: str) -> str:
+    kind = element.get("type") or ""
+    if kind not in _KINDS:
+        raise InputError(place, f"type {kind!r}", nearest(kind, _KINDS))
+    return _KINDS[kind]
+
+
+def _end(element: _Element, role: str, names: Sequence[str], place: str) -> str:
+    end = element.find(role)
+    name = None if end is None else end.get("link")
+    if name is None:
+        raise InputError(place, f"no <{role} link=...>", "a link")
+    if name not in names:
+        raise InputError(f"{place}: {role}", f"unknown link {name!r}", nearest(name, names))
+    return str(name)
+
+
+def _origin(element: _Element | None, place: str) -> Placement:
+    if element is None:
+        return HERE
+    p = vector(numbers(element.get("xyz"), 3, ZERO, f"{place}: xyz"))
+    return Placement(rotation(numbers(element.get("rpy"), 3, ZERO, f"{place}: rpy")), p)
+
+
+def rotation(rpy: Sequence[float]) -> Matrix:
+    """Turns about the fixed x, y and z axes, one after the other."""
+    R = IDENTITY
+    for axis, angle in reversed(list(enumerate(rpy))):
+        if angle:
+            R = turned(R, axis, math.cos(angle), math.sin(angle))
+    return R
+
+
+def _axis(element: _Element, kind: str, place: str) -> Placement:
+    """A frame whose z is the joint's axis."""
+    if kind not in ("revolute", "prismatic", "planar"):
+        return HERE
+    axis = element.find("axis")
+    values = numbers(None if axis is None else axis.get("xyz"), 3, (1.0, 0.0, 0.0), place)
+    return Placement(about(unit_vector(values, f"{place}: axis")), ZERO)
+
+
+def _limits(element: _Element, kind: str, place: str) -> tuple[float, float] | None:
+    limit = element.find("limit")
+    if limit is None or element.get("type") == "continuous" or kind not in _FREEDOMS:
+        return None
+    low, high = (
+        numbers(limit.get(key), 1, (0.0,), f"{place}: {key}")[0] for key in ("lower", "upper")
+    )
+    if kind == "prismatic" and max(-low, high) >= _UNBOUNDED:
+        return None
+    return (low, high) if low < high else None
+
+
+def _loops(root: _Element, names: Sequence[str], origin: str) -> list[Link]:
+    """Loops told in the URDF itself."""
+    found = []
+    for element in root.iter("loop", "loop_joint", "coupling"):
+        name = _name(element, origin)
+        place = f"{origin}, line {element.sourceline}: loop {name!r}"
+        if element.tag == "coupling":
+            raise InputError(place, "a <coupling>", "loops: parakin knows no gears")
+        kind = _kind(element, place)
+        sides: list[_Element | None]
+        if element.tag == "loop":
+            sides = [element.find(role) for role in ("predecessor", "successor")]
+            origins = [None if side is None else side.find("origin") for side in sides]
+        else:
+            sides = [*element.iterfind("link1"), *element.iterfind("link2")]  # some write 1 twice
+            origins = list(sides)
+        if len(sides) != 2:
+            raise InputError(place, f"{len(sides)} links", "the two links that it joins")
+        ends = []
+        for side, at in zip(sides, origins, strict=True):
+            link = "" if side is None else side.get("link") or ""
+            if link not in names:
+                raise InputError(place, f"unknown link {link!r}", nearest(link, names))
+            ends.append((link, then(_origin(at, place), _axis(element, kind, place))))
+        (a, F), (b, M) = ends
+        found.append(Link(name, kind, a, b, F, M))
+    return found
+
+
+def _told(
+    told: Mapping[str, Any], names: Sequence[str], links: Sequence[Link], base: str, place: str
+) -> tuple[list[Link], list[Link]]:
+    """Loops from a file of their own, and the tree's joints with what it says of them."""
+    known = {"closures", "closed_loop"} & set(told)
+    if not known:
+        raise InputError(place, "no loops", "closures, or closed_loop and type")
+    loops: list[Link] = []
+    if "closed_loop" in known:
+        ends = {link.name: link.child for link in links} | {name: name for name in names}
+        loops += _pairs(told, ends, place)
+    if "closures" in known:
+        loops += _closures(told, names, links, base, place)
+    motors = _list(told.get("name_mot", told.get("independent", [])), f"{place}: motors")
+    values = told.get("home", {})
+    if not isinstance(values, Mapping):
+        raise InputError(f"{place}: home", f"{values!r:.80}", "positions by joint")
+    joints = [link.name for link in links]
+    for name in [*motors, *values]:
+        if name not in joints:
+            raise InputError(place, f"unknown joint {name!r:.80}", nearest(str(name), joints))
+    changed = _changed(told, place)
+    made = []
+    for link in links:
+        moved = _moved(link, changed.pop(link.name, None))
+        at = moved.values
+        if link.name in values and len(at) == 1:
+            at = (_number(values[link.name], f"{place}: home.{link.name}"),)
+        made.append(
+            Link(
+                moved.name, moved.kind, moved.parent, moved.child, moved.F, moved.M, at,
+                moved.limits, link.actuated or link.name in motors,
+            )
+        )  # fmt: skip
+    if changed:
+        name = next(iter(changed))
+        raise InputError(f"{place}: joint_name", f"unknown joint {name!r}", nearest(name, joints))
+    return loops, made
+
+
+def _pairs(told: Mapping[str, Any], links: Mapping[str, str], place: str) -> list[Link]:
+    """Pairs of links that coincide; a joint's name stands for the link that it carries."""
+    pairs = _list(told["closed_loop"], f"{place}: closed_loop")
+    kinds = _list(told.get("type", ["6d"] * len(pairs)), f"{place}: type")
+    if len(kinds) != len(pairs):
+        found = f"{len(kinds)} types for {len(pairs)} loops"
+        raise InputError(f"{place}: type", found, "a type for each")
+    loops = []
+    for k, (pair, kind) in enumerate(zip(pairs, kinds, strict=True)):
+        where = f"{place}: closed_loop[{k}]"
+        ends = [str(name) for name in _list(pair, where)]
+        if len(ends) != 2:
+            raise InputError(where, f"{pair!r:.80}", "two links that coincide")
+        for name in ends:
+            if name not in links:
+                raise InputError(where, f"unknown link {name!r}", nearest(name, links))
+        if str(kind).lower() not in ("3d", "6d"):
+            raise InputError(f"{place}: type[{k}]", f"{kind!r:.80}", "3d (a point) or 6d (a frame)")
+        fixed = str(kind).lower() == "6d"
+        loop = "fixed" if fixed else "spherical"
+        name = _shared(*ends) or f"loop{k + 1}"
+        loops.append(Link(name, loop, links[ends[0]], links[ends[1]]))
+    return loops
+
+
+def _shared(a: str, b: str) -> str:
+    """What two names begin with: loop1 of loop1_A and loop1_B."""
+    same = [x == y for x, y in zip(a, b, strict=False)]
+    return a[: [*same, False].index(False)].rstrip("_")
+
+
+def _closures(
+    told: Mapping[str, Any], names: Sequence[str], links: Sequence[Link], base: str, place: str
+) -> list[Link]:
+    poses = _poses(links, base)
+    loops = []
+    for k, closure in enumerate(_list(told["closures"], f"{place}: closures")):
+        where = f"{place}: closures[{k}]"
+        if not isinstance(closure, Mapping):
+            raise InputError(where, f"{closure!r:.80}", "link_a, link_b, point and axis")
+        ends = []
+        for role in ("link_a", "link_b"):
+            name = str(closure.get(role))
+            if name not in names:
+                raise InputError(f"{where}.{role}", f"unknown link {name!r}", nearest(name, names))
+            ends.append(name)
+        point = _triple(closure.get("point"), f"{where}.point")
+        R, kind = IDENTITY, "spherical"
+        if closure.get("axis") is not None:
+            axis = unit_vector(_triple(closure["axis"], f"{where}.axis"), f"{where}.axis")
+            R, kind = about(axis), "revolute"
+        F, M = (then(inverse(poses[name]), Placement(R, vector(point))) for name in ends)
+        loops.append(Link(f"loop{k + 1}", kind, ends[0], ends[1], F, M))
+    return loops
+
+
+def _poses(links: Sequence[Link], base: str) -> dict[str, Placement]:
+    """Every link's pose in the root's frame, all joints at zero."""
+    poses = {base: HERE}
+    waiting = list(links)
+    while waiting:
+        ready = [link for link in waiting if link.parent in poses]
+        if not ready:
+            break
+        for link in ready:
+            poses[link.child] = then(then(poses[link.parent], link.F), inverse(link.M))
+        waiting = [link for link in waiting if link.child not in poses]
+    return poses
+
+
+def _changed(told: Mapping[str, Any], place: str) -> dict[str, str]:
+    """Joints that the file makes into others, by name."""
+    names = _list(told.get("joint_name", []), f"{place}: joint_name")
+    kinds = _list(told.get("joint_type", []), f"{place}: joint_type")
+    if len(names) != len(kinds):
+        found = f"{len(kinds)} types for {len(names)} joints"
+        raise InputError(f"{place}: joint_type", found, "a type for each")
+    for kind in map(str, kinds):
+        axes = kind.removeprefix("UJOINT_").lower()
+        universal = (
+            kind.startswith("UJOINT_") and len(axes) == 2 and len(set(axes) & set(AXES)) == 2
+        )
+        if kind not in ("SPHERICAL", "FIXED") and not universal:
+            raise InputError(f"{place}: joint_type", kind, "SPHERICAL, FIXED or UJOINT_XY")
+    return {str(name): str(kind) for name, kind in zip(names, kinds, strict=True)}
+
+
+def _moved(link: Link, kind: str | None) -> Link:
+    """A joint as the file of loops has it, in the frame that it has in the URDF."""
+    if kind is None:
+        return link
+    F = then(link.F, inverse(link.M))  # less the frame of its own axis
+    if kind == "FIXED":
+        return Link(link.name, "fixed", link.parent, link.child, F)
+    if kind == "SPHERICAL":
+        return Link(link.name, "spherical", link.parent, link.child, F, HERE, (0.0,) * 3)
+    first, second = (np.eye(3)[AXES[letter]] for letter in kind[-2:].lower())
+    rows = (second, np.cross(first, second), first)
+    R = transpose((vector(rows[0]), vector(rows[1]), vector(rows[2])))
+    M = Placement(compose(R, THETA), ZERO)
+    F = Placement(compose(F.R, R), F.p)
+    return Link(link.name, "universal", link.parent, link.child, F, M, (0.0,) * 2)
+
+
+def _list(value: object, place: str) -> list[Any]:
+    if not isinstance(value, list):
+        raise InputError(place, f"{value!r:.80}", "a list")
+    return value
+
+
+def _triple(value: object, place: str) -> tuple[float, float, float]:
+    values = _list(value, place)
+    if len(values) != 3:
+        raise InputError(place, f"{value!r:.80}", "three numbers")
+    a, b, c = (_number(item, place) for item in values)
+    return (a, b, c)
+
+
+def _number(value: object, place: str) -> float:
+    try:
+        number = float(value)  # type: ignore[arg-type]
+        if isinstance(value, bool) or not abs(number) < 1e100:
+            raise ValueError
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(place, f"{value!r:.80}", "a number") from None
+    return number

@@ -1,0 +1,101 @@
+"""Machine code: the kernel traced once into expressions and compiled by heyoka.
+
+The only room that knows heyoka, which builds on Linux have as a wheel and others get from
+conda-forge. Without it the same kernel runs on NumPy arrays, some hundred times slower.
+Arithmetic is IEEE-strict either way, so that a NaN stays one.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from parakin.algebra.spatial import ARRAYS, FLOATS, Functions, Scalar
+from parakin.arrays import FloatArray
+from parakin.kernel.pose import newton_unknowns, trace
+from parakin.kernel.rows import Outputs
+from parakin.planning.plan import Plan
+
+# inputs (n_in,) or (n_in, batch), outputs alike, and whether to use all cores on a batch
+Kernel = Callable[[FloatArray, FloatArray, bool], None]
+
+
+def has_machine_code() -> bool:
+    """Whether heyoka is installed."""
+    return importlib.util.find_spec("heyoka") is not None
+
+
+def input_count(plan: Plan, outputs: Outputs) -> int:
+    """Driven values, then as many derivatives of them, then the guess."""
+    return _orders(outputs) * len(plan.driven) + len(newton_unknowns(plan))
+
+
+def _orders(outputs: Outputs) -> int:
+    return 1 + outputs.derivatives
+
+
+def make_kernel(plan: Plan, outputs: Outputs, *, machine_code: bool, steps: int) -> Kernel:
+    """The plan as a function from arrays to arrays, with `steps` Newton steps where it iterates."""
+    return (_machine_code if machine_code else _arrays)(plan, outputs, steps)
+
+
+def _traced(
+    plan: Plan, outputs: Outputs, steps: int, inputs: list[Scalar], functions: Functions
+) -> list[Scalar]:
+    n = len(plan.driven)
+    orders = [inputs[n * k : n * (k + 1)] for k in range(_orders(outputs))]
+    guess = inputs[n * _orders(outputs) :]
+    return trace(plan, orders, guess, functions, outputs, steps)
+
+
+def _arrays(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
+    def kernel(inputs: FloatArray, out: FloatArray, parallel: bool) -> None:  # noqa: ARG001
+        with np.errstate(all="ignore"):  # what cannot be reached is NaN, and flagged as such
+            results = _traced(plan, outputs, steps, list(inputs), ARRAYS)
+        for row, value in enumerate(results):
+            out[row] = value
+
+    return kernel
+
+
+def _machine_code(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
+    import heyoka as hy
+
+    hy.set_logger_level_error()  # its warnings (of a cache it cannot write) go to stdout
+
+    def constant(a: Scalar) -> Scalar:
+        return hy.expression(float(a)) if isinstance(a, (int, float)) else a
+
+    def lifted(symbolic: Any, plain: Any) -> Callable[..., Scalar]:
+        """The function on expressions, constants being worked out at once."""
+
+        def function(*arguments: Scalar) -> Scalar:
+            if all(type(a) is float for a in arguments):
+                return plain(*arguments)
+            return symbolic(*(constant(a) for a in arguments))
+
+        return function
+
+    def minimum(a: Scalar, b: Scalar) -> Scalar:
+        return hy.select(hy.lt(b, a), b, a)
+
+    def copysign(size: Scalar, sign: Scalar) -> Scalar:
+        return hy.select(hy.lt(sign, constant(0.0)), -size, size)
+
+    symbolic = Functions(hy.sin, hy.cos, hy.sqrt, hy.atan2, minimum, copysign)
+    functions = Functions(*(lifted(f, g) for f, g in zip(symbolic, FLOATS, strict=True)))
+    inputs = hy.make_vars(*(f"i{k}" for k in range(input_count(plan, outputs))))
+    inputs = inputs if isinstance(inputs, list) else [inputs]
+    results = _traced(plan, outputs, steps, list(inputs), functions)
+    code = hy.cfunc([constant(result) for result in results], vars=inputs)
+
+    def kernel(inputs: FloatArray, out: FloatArray, parallel: bool) -> None:
+        if inputs.ndim == 1:
+            code(inputs, outputs=out)
+        else:
+            code(inputs, outputs=out, batch_parallel=parallel)
+
+    return kernel

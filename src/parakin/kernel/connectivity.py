@@ -1,0 +1,118 @@
+"""The matrix conditions of connectivity (eq. 10) and their derivative, solved block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from typing import NamedTuple
+
+from parakin.algebra.linear import solve, squared_volume
+from parakin.algebra.spatial import Functions, Scalar, add, mul, sub
+from parakin.kinematics import closure
+from parakin.kinematics.closure import Row
+from parakin.kinematics.recursion import Circuits
+from parakin.planning.plan import Block, Plan
+
+
+class System(NamedTuple):
+    """A block's rows as the matrix conditions of connectivity (eq. 10): columns by coordinate."""
+
+    block: Block
+    ends: list[closure.Ends]
+    own: list[list[Scalar]]
+    earlier: list[dict[int, Scalar]]
+
+    @classmethod
+    def of(cls, circuits: Circuits, block: Block) -> System:
+        ends = [closure.ends(circuits, row.cut) for row in block.rows]
+        earlier: list[dict[int, Scalar]] = []
+        for row, end in zip(block.rows, ends, strict=True):
+            sides = closure.loop(circuits, row.cut)
+            earlier.append(
+                {
+                    k: closure.derivative(circuits, row, end, k, sides[k])
+                    for k in block.needs
+                    if k in sides
+                }
+            )
+        return cls(block, ends, jacobian(circuits, block), earlier)
+
+    def drifts(
+        self, circuits: Circuits, of: Callable[[Circuits, Row, closure.Ends], Scalar]
+    ) -> list[Scalar]:
+        """How the rows change while every unknown rests (or keeps its rate)."""
+        return [of(circuits, row, e) for row, e in zip(self.block.rows, self.ends, strict=True)]
+
+
+def jacobian(circuits: Circuits, block: Block, later: Collection[int] = ()) -> list[list[Scalar]]:
+    """The rows' slopes; loops with coordinates still to come (`later`) are open."""
+    matrix: list[list[Scalar]] = []
+    for row in block.rows:
+        end, sides = closure.ends(circuits, row.cut), closure.loop(circuits, row.cut)
+        open_ = not sides.keys().isdisjoint(later)
+        matrix.append(
+            [
+                closure.derivative(circuits, row, end, k, sides[k], open_=open_)
+                if k in sides
+                else 0.0
+                for k in block.unknowns
+            ]
+        )
+    return matrix
+
+
+def substituted(
+    plan: Plan,
+    systems: Sequence[System],
+    drifts: Sequence[Sequence[Scalar]],
+    functions: Functions,
+) -> tuple[dict[int, Scalar], list[tuple[Block, Scalar]]]:
+    """The unknowns' rates block by block: what the rows drift, and what is found, add to zero.
+
+    With them the conditioning of the blocks that are iterated, squared.
+    """
+    found: dict[int, Scalar] = {}
+    figures: list[tuple[Block, Scalar]] = []
+    for block, system, drift in zip(plan.blocks, systems, drifts, strict=True):
+        sides: list[Scalar] = []
+        for start, columns in zip(drift, system.earlier, strict=True):
+            side = start
+            for k, slope in columns.items():
+                side = add(side, mul(slope, found[k]))
+            sides.append(side)
+        solved = solve(system.own, [sides], functions, block.lengths)
+        found |= {
+            k: sub(0.0, value) for k, value in zip(block.unknowns, solved.solutions[0], strict=True)
+        }
+        if block.form == "newton":
+            figure = mul(block.sign / block.lever, solved.conditioning)
+            figures.append((block, signed_square(figure, functions)))
+    return found, figures
+
+
+def firmness(plan: Plan, circuits: Circuits, functions: Functions) -> Scalar:
+    """How firmly the loops hold the coordinates that are spared, being affine on this branch.
+
+    Each of them alone is given a unit rate, the unknowns follow, and what the closure rows then
+    drift spans a volume: zero where a spared coordinate could move as well. Its square is given.
+    """
+    systems = [System.of(circuits, block) for block in plan.blocks]
+    rows = closure.all_rows(plan.graph, plan.tree)
+    unknowns = [k for block in plan.blocks for k in block.unknowns]
+    rest = dict.fromkeys([*plan.affine, *unknowns], 0.0)
+    columns: list[list[Scalar]] = []
+    for k in plan.spared:
+        moving = circuits.varied(rates={**rest, k: 1.0})
+        drifts = [system.drifts(moving, closure.rate) for system in systems]
+        moving.quicken(rates=substituted(plan, systems, drifts, functions)[0])
+        ends = {cut: closure.ends(moving, cut) for cut in plan.tree.cuts}
+        columns.append(
+            [
+                mul(closure.per_length(plan.graph, row), closure.rate(moving, row, ends[row.cut]))
+                for row in rows
+            ]
+        )
+    return squared_volume(columns, functions)
+
+
+def signed_square(a: Scalar, functions: Functions) -> Scalar:
+    return mul(a, functions.sqrt(mul(a, a)))

@@ -1,0 +1,124 @@
+"""Limbs that repeat, written once in a file and spelt out here, one by one.
+
+A table `[limbs.NAME]` holds `count` and tables as at the top of a file. In their keys and texts
+`{i}` stands for the limb's number, 1 to count; in expressions `i` does, and every name in `each`
+for that limb's value in its list.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from parakin.errors import InputError
+from parakin.model.expressions import Value
+from parakin.model.validation import Table, validated
+
+MAX_LIMBS = 1000
+_MAX_TEXT = 1_000_000  # characters when spelt out, as much as a file may have
+_PLAIN = ("kind", "parent", "child", "file")  # texts that are names, never expressions
+
+
+class _Limb(Table):
+    count: int
+    each: Mapping[str, list[Value]] = {}
+    bodies: Mapping[str, Any] = {}
+    joints: Mapping[str, Any] = {}
+    home: Mapping[str, Any] = {}
+    stated: Mapping[str, Any] = {}
+    guess: Mapping[str, Any] = {}
+    limits: Mapping[str, Any] = {}
+    symbols: Mapping[str, Any] = {}
+
+
+def spelt_out(table: Mapping[str, Any], origin: str) -> dict[str, Any]:
+    """The tables of a file with its `[limbs]` written out limb by limb.
+
+    Raises InputError on limbs of the wrong form, lists of the wrong length, names used twice.
+    """
+    result = {key: value for key, value in table.items() if key != "limbs"}
+    limbs = table.get("limbs", {})
+    if not isinstance(limbs, Mapping):
+        raise InputError(f"{origin}: limbs", repr(limbs)[:80], "[limbs.NAME] tables")
+    left = _MAX_TEXT
+    for name, data in limbs.items():
+        place = f"{origin}: limbs.{name}"
+        limb = validated(_Limb, data, place)
+        if not 1 <= limb.count <= MAX_LIMBS:
+            raise InputError(f"{place}.count", str(limb.count), f"1 to {MAX_LIMBS}")
+        left -= limb.count * _size(data)
+        if left < 0:
+            found = f"{limb.count} limbs of {_size(data)} characters"
+            raise InputError(place, found, f"at most {_MAX_TEXT} characters in all limbs")
+        for key, values in limb.each.items():
+            if not key.isidentifier():
+                raise InputError(
+                    f"{place}.each", f"the name {key!r}", "a name that expressions can use"
+                )
+            if len(values) != limb.count:
+                raise InputError(
+                    f"{place}.each.{key}", f"{len(values)} values", f"a list of {limb.count}"
+                )
+        for number in range(1, limb.count + 1):
+            _add(result, limb, str(name), number, place)
+    return result
+
+
+def _size(data: Mapping[str, Any]) -> int:
+    """Characters of one limb, less the values in lists of which it takes one."""
+    return len(repr({key: value for key, value in data.items() if key != "each"}))
+
+
+def _add(result: dict[str, Any], limb: _Limb, name: str, number: int, place: str) -> None:
+    stem = re.sub(r"\W", "_", name, flags=re.ASCII)
+    own = {key: f"{stem}{number}_{key}" for key in limb.each}
+    values = {
+        own[key]: _numbered(values[number - 1], number, own) for key, values in limb.each.items()
+    }
+    _merge(result, "parameters", values, place)
+    for key in ("bodies", "joints", "home", "stated", "guess", "limits", "symbols"):
+        _merge(result, key, _numbered(getattr(limb, key), number, own), place)
+
+
+def _merge(result: dict[str, Any], key: str, more: Mapping[str, Any], place: str) -> None:
+    if not more:
+        return
+    known = result.get(key, {})
+    if not isinstance(known, Mapping):
+        raise InputError(f"{place.partition(': ')[0]}: {key}", repr(known)[:80], "a table")
+    for name in more:
+        if name in known:
+            raise InputError(f"{place}: {key}", f"{name!r} twice", "names with {i} in them")
+    result[key] = {**known, **more}
+
+
+def _numbered(value: Any, number: int, own: Mapping[str, str], *, plain: bool = False) -> Any:
+    if isinstance(value, Mapping):
+        return {
+            str(key).replace("{i}", str(number)): (
+                _turns(inner, number, own)
+                if key == "turns"
+                else _numbered(inner, number, own, plain=key in _PLAIN)
+            )
+            for key, inner in value.items()
+        }
+    if isinstance(value, list):
+        return [_numbered(inner, number, own) for inner in value]
+    if not isinstance(value, str):
+        return value
+    text = value.replace("{i}", str(number))
+    if plain:
+        return text
+    names = "|".join(map(re.escape, [*own, "i"]))
+    return re.sub(rf"(?<![\w.])({names})(?!\w)", lambda m: own.get(m[1], f"({number})"), text)
+
+
+def _turns(value: Any, number: int, own: Mapping[str, str]) -> Any:
+    """Turns of a frame: the letter that leads each is an axis, whatever `each` calls x."""
+    if not isinstance(value, list):
+        return value
+    return [
+        [*turn[:1], *_numbered(turn[1:], number, own)] if isinstance(turn, list) else turn
+        for turn in value
+    ]

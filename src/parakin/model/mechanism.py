@@ -1,0 +1,314 @@
+"""A mechanism as its author says it: bodies, joints, lengths and what is driven. Data only.
+
+The same types are read from TOML and built in Python. Any length or angle may be a number (SI),
+a quantity ("850 mm") or an expression in the parameters ("d2 + d3 + d4"). Names are checked
+here; numbers are evaluated where the joint graph is made (`parakin.model.graph`).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any, Literal
+
+import pydantic
+from pydantic import AfterValidator, BeforeValidator, StrictFloat, StrictInt
+
+from parakin.errors import InputError, nearest
+from parakin.model.expressions import Value, is_parameter_name
+from parakin.model.validation import Table, input_error
+
+MAX_JOINTS = 400  # and coordinates: what is solved in Python, before there is machine code, takes
+# its time for each, so that a check of more would take minutes where it does not close
+Quantity = StrictInt | StrictFloat | str
+
+
+def _tupled(value: object) -> object:
+    """TOML and JSON know lists; frozen models hold tuples."""
+    return tuple(_tupled(item) for item in value) if isinstance(value, list) else value
+
+
+Triple = Annotated[tuple[Quantity, Quantity, Quantity], BeforeValidator(_tupled)]
+Turns = Annotated[tuple[tuple[Literal["x", "y", "z"], Quantity], ...], BeforeValidator(_tupled)]
+Angles = Annotated[tuple[tuple[str, Literal["x", "y", "z"]], ...], BeforeValidator(_tupled)]
+Names = Annotated[tuple[str, ...], BeforeValidator(_tupled)]
+Range = Annotated[tuple[Quantity, Quantity], BeforeValidator(_tupled)]
+
+
+def _name(name: str) -> str:
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_ '-]{0,63}", name):
+        raise ValueError("a name of up to 64 characters: a letter, then letters, digits and _ ' -")
+    return name
+
+
+def _actuated(moved: object) -> bool | tuple[int, ...]:
+    if isinstance(moved, bool):
+        return moved
+    numbers = moved if isinstance(moved, (list, tuple)) else (None,)
+    if not all(type(k) is int and k > 0 for k in numbers):
+        raise ValueError("true or false, or numbers of the joint's coordinates, such as [2]")
+    return tuple(numbers)
+
+
+Actuated = Annotated[bool | tuple[int, ...], BeforeValidator(_actuated)]
+
+
+def _mechanism_name(name: str) -> str:
+    return name if re.fullmatch(r"\d[A-Za-z0-9_ '-]{0,63}", name) else _name(name)  # 3-rrr
+
+
+def _parameter(name: str) -> str:
+    if not (is_parameter_name(name) and re.fullmatch(r"[A-Za-z]\w{0,63}", name, re.ASCII)):
+        raise ValueError(
+            "a name that expressions can use: a letter, then letters, digits and _, at most 64; "
+            "not pi, a function or a word of Python's"
+        )
+    return name
+
+
+Name = Annotated[str, AfterValidator(_name)]
+MechanismName = Annotated[str, AfterValidator(_mechanism_name)]
+ParameterName = Annotated[str, AfterValidator(_parameter)]
+Kind = Literal[
+    "revolute",
+    "prismatic",
+    "cylindrical",
+    "helical",
+    "universal",
+    "spherical",
+    "planar",
+    "free",
+    "rod",
+    "fixed",
+]
+
+
+class Frame(Table):
+    """Where a joint sits on a body, in the body's own frame; z is the joint's axis.
+
+    Either `axis` (the direction of z, any length; `x` may point the frame's x axis, or it is the
+    body's x axis made perpendicular to z, or its y axis where z lies along x), or `turns`,
+    rotations about the moving axes one after another, or neither: the body's own axes.
+    """
+
+    at: Triple = (0.0, 0.0, 0.0)
+    axis: Triple | None = None
+    x: Triple | None = None
+    turns: Turns = ()
+
+
+class Joint(Table):
+    """A joint between two bodies, from `parent` to `child`; its coordinates count that way.
+
+    A universal joint turns about its parent frame's z, then about its child frame's z, which
+    lies along the parent frame's x when the first angle is zero. A spherical joint's angles turn
+    about x, then y, then z. A cylindrical joint has its angle first, its displacement second. A
+    helical joint advances by `pitch` along z each turn. A planar joint slides along x and y, then
+    turns about z; a free one slides along x, y, z and turns as a spherical one. A rod of `length`
+    between the two frames' origins, with spherical ends, has no coordinates. `actuated` may say
+    which of several coordinates a motor moves: (2,) is the second.
+    """
+
+    unsaid = frozenset({"name"})
+
+    name: Name
+    kind: Kind
+    parent: Name
+    child: Name
+    on_parent: Frame = Frame()
+    on_child: Frame = Frame()
+    actuated: Actuated = False
+    pitch: Quantity | None = None
+    length: Quantity | None = None
+
+
+class BodyMesh(Table):
+    """A body's shape from a file of triangles, its coordinates times `scale` in metres, placed
+    on the body. It is only named here; who shows it decides whether the file is read.
+    """
+
+    file: Annotated[str, pydantic.Field(min_length=1, max_length=1000)]
+    scale: StrictFloat | StrictInt = 1.0
+    on_body: Frame = Frame()
+
+
+class Body(Table):
+    """A rigid body and points on it, in its own frame, and its shape for pictures."""
+
+    unsaid = frozenset({"name"})
+
+    name: Name
+    points: Mapping[Name, Triple] = {}
+    mesh: BodyMesh | None = None
+
+
+class Platform(Table):
+    """The body whose pose matters: coordinates x, y, z of a point on it, and three named angles
+    that turn it from the base's axes about its own moving axes, one after another.
+    """
+
+    body: Name = "platform"
+    point: Name | None = None
+    angles: Angles = (("roll", "x"), ("pitch", "y"), ("yaw", "z"))
+
+
+class Mechanism(Table):
+    """Bodies, joints and parameters, frozen.
+
+    `home` holds coordinates fixed at assembly, `stated` are values the source claims for home
+    (the assembly starts from them and the report says how far off they were), `guess` are rough
+    starting values. `from_home` names coordinates that are counted from home. `up` is the base's
+    axis that points up in pictures. `origin` is the file it was read from, for messages.
+    Raises InputError on names that do not exist, duplicates and disconnected bodies.
+    """
+
+    unsaid = frozenset({"origin"})
+
+    name: MechanismName
+    title: str = ""
+    source: str = ""
+    notes: str = ""
+    up: Literal["x", "y", "z"] = "z"
+    parameters: Mapping[ParameterName, Quantity] = {}
+    symbols: Mapping[str, str] = {}
+    base: Name = "base"
+    bodies: Annotated[tuple[Body, ...], BeforeValidator(_tupled)]
+    joints: Annotated[tuple[Joint, ...], BeforeValidator(_tupled)]
+    platform: Platform | None = None
+    driven: Names = ()
+    home: Mapping[str, Quantity] = {}
+    stated: Mapping[str, Quantity] = {}
+    guess: Mapping[str, Quantity] = {}
+    limits: Mapping[str, Range] = {}
+    from_home: Names = ()
+    motions: Mapping[str, Mapping[str, Any]] = {}
+    origin: str = ""
+
+    def __init__(self, /, **data: Any) -> None:  # pydantic's own signature
+        try:
+            super().__init__(**data)
+        except pydantic.ValidationError as error:
+            where = data.get("origin") or data.get("name", "mechanism")
+            raise input_error(error, f"{where}:", data) from None
+        _check_names(self)
+
+    @property
+    def where(self) -> str:
+        """How messages call it: its file, or its name."""
+        return self.origin or self.name
+
+    def with_parameters(self, values: Mapping[str, Value]) -> Mechanism:
+        """The same mechanism with other values for some of its parameters.
+
+        Raises InputError on a parameter that does not exist.
+        """
+        for name in values:
+            if name not in self.parameters:
+                raise InputError(
+                    f"{self.where}: parameters",
+                    f"unknown parameter {name!r}",
+                    nearest(name, self.parameters),
+                )
+        return self.model_copy(update={"parameters": {**self.parameters, **values}})
+
+
+def _duplicate(names: Iterable[str]) -> str | None:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            return name
+        seen.add(name)
+    return None
+
+
+def _check_names(mechanism: Mechanism) -> None:
+    bodies = {mechanism.base, *(body.name for body in mechanism.bodies)}
+    twice = _duplicate(body.name for body in mechanism.bodies)  # the base may be declared too
+    if twice is not None:
+        raise InputError(f"{mechanism.where}: bodies", f"two named {twice!r}", "distinct names")
+    twice = _duplicate(joint.name for joint in mechanism.joints)
+    if twice is not None:
+        raise InputError(f"{mechanism.where}: joints", f"two named {twice!r}", "distinct names")
+    if not mechanism.joints:
+        raise InputError(f"{mechanism.where}: joints", "none", "at least one joint")
+    for what, count in (("joints", len(mechanism.joints)), ("bodies", len(mechanism.bodies))):
+        if count > MAX_JOINTS + (what == "bodies"):
+            expected = f"at most {MAX_JOINTS} joints, and the bodies that they join"
+            raise InputError(f"{mechanism.where}: {what}", f"{count}", expected)
+    for joint in mechanism.joints:
+        place = f"{mechanism.where}: joints.{joint.name}"
+        for role, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in bodies:
+                raise InputError(f"{place}.{role}", f"unknown body {name!r}", nearest(name, bodies))
+        for key, kind in (("pitch", "helical"), ("length", "rod")):
+            if (getattr(joint, key) is None) == (joint.kind == kind):
+                there = "no" if joint.kind == kind else "a"
+                raise InputError(
+                    f"{place}.{key}",
+                    f"{there} {key} of a {joint.kind} joint",
+                    f"a {key} of every {kind} joint and of no other",
+                )
+        if joint.parent == joint.child:
+            raise InputError(place, f"{joint.parent!r} joined to itself", "two different bodies")
+    _check_platform(mechanism, bodies)
+    _check_connected(mechanism, bodies)
+
+
+def _check_platform(mechanism: Mechanism, bodies: set[str]) -> None:
+    platform = mechanism.platform
+    if platform is None:
+        return
+    place = f"{mechanism.where}: platform"
+    if platform.body not in bodies:
+        raise InputError(
+            f"{place}.body", f"unknown body {platform.body!r}", nearest(platform.body, bodies)
+        )
+    points = {p for body in mechanism.bodies if body.name == platform.body for p in body.points}
+    if platform.point is not None and platform.point not in points:
+        raise InputError(
+            f"{place}.point", f"unknown point {platform.point!r}", nearest(platform.point, points)
+        )
+    names = [name for name, _ in platform.angles]
+    axes = [axis for _, axis in platform.angles]
+    if len(names) != 3 or len({*names, "x", "y", "z"}) != 6 or sorted(axes) != ["x", "y", "z"]:
+        raise InputError(
+            f"{place}.angles",
+            repr([list(angle) for angle in platform.angles]),
+            "three distinct names (not x, y, z), one about each of the axes x, y and z",
+        )
+    if any(joint.name == "platform" for joint in mechanism.joints):
+        raise InputError(
+            f"{mechanism.where}: joints.platform",
+            "a joint named 'platform'",
+            "another name: 'platform' is the platform's pose",
+        )
+
+
+def _check_connected(mechanism: Mechanism, bodies: set[str]) -> None:
+    loose = _loose(mechanism.base, bodies, [(j.parent, j.child) for j in mechanism.joints])
+    if loose:
+        raise InputError(
+            f"{mechanism.where}: bodies",
+            f"{', '.join(loose)} not connected to {mechanism.base!r}",
+            "joints that connect every body to the base",
+        )
+    edges = [(j.parent, j.child) for j in mechanism.joints if j.kind != "rod"]
+    if mechanism.platform is not None:
+        edges.append((mechanism.base, mechanism.platform.body))
+    loose = _loose(mechanism.base, bodies, edges)
+    if loose:
+        raise InputError(
+            f"{mechanism.where}: bodies",
+            f"{', '.join(loose)} held by rods alone",
+            "another joint to every body, or the platform: rods have no coordinates to place it by",
+        )
+
+
+def _loose(base: str, bodies: set[str], edges: list[tuple[str, str]]) -> list[str]:
+    """Bodies to which no way leads from the base."""
+    reached, growing = {base}, True
+    while growing:
+        more = {b for edge in edges for b in edge if reached & set(edge)} - reached
+        reached |= more
+        growing = bool(more)
+    return sorted(bodies - reached)

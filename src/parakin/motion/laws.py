@@ -1,0 +1,205 @@
+"""Laws of time, whose derivatives are exact, and motions made from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from parakin.arrays import FloatArray
+from parakin.errors import InputError
+from parakin.motion.motion import (
+    MAX_SAMPLES,
+    SLACK,
+    Motion,
+    Samples,
+    checked_array,
+    quintic,
+    refuse_non_finite,
+    refuse_unless_positive,
+)
+
+Law = Callable[[FloatArray], tuple[FloatArray, ...]]
+"""Times (n,) [s] to position and its exact derivatives (n,): velocity, acceleration and jerk.
+
+The jerk may be left out; then none can be asked of the mechanism.
+"""
+
+BURST = 1 / 1000  # of a motion's duration: what a function of time does for longer is seen
+
+
+@dataclass(frozen=True)
+class Paced:
+    """A law that says how fast it changes: smooth between its `knots` [s], in no less time than
+    `period` [s]. What is no such law may change in `BURST` of the motion's duration.
+    """
+
+    law: Law
+    knots: tuple[float, ...] = ()
+    period: float = np.inf
+
+    def __call__(self, t: FloatArray) -> tuple[FloatArray, ...]:
+        return self.law(t)
+
+
+def constant(value: float) -> Law:
+    """At rest."""
+    return Paced(lambda t: (np.full_like(t, value), *np.zeros((3, *t.shape))))
+
+
+def cosine(start: float, by: float, duration: float, begin: float = 0.0) -> Law:
+    """Rest to rest by start + by/2 (1 - cos(π (t - begin)/duration)), constant outside.
+
+    Equation (6) of the paper, where `by` is twice x*. Its acceleration jumps at both ends; there
+    it is that of the moving side.
+    """
+
+    def shape(u: FloatArray) -> tuple[FloatArray, ...]:
+        half = np.pi / 2  # sin² of half the angle instead of 1 - cos, which cancels near the start
+        s, c = np.sin(half * u), np.cos(half * u)
+        sine, cosine = 2 * s * c, (c - s) * (c + s)
+        return s * s, half * sine, half * np.pi * cosine, -half * np.pi**2 * sine
+
+    return _rest_to_rest(shape, start, by, duration, begin)
+
+
+def polynomial345(start: float, by: float, duration: float, begin: float = 0.0) -> Law:
+    """From rest to rest with zero acceleration at both ends, constant outside."""
+    return _rest_to_rest(_polynomial(0, 0, 0, 10, -15, 6), start, by, duration, begin)
+
+
+def polynomial4567(start: float, by: float, duration: float, begin: float = 0.0) -> Law:
+    """From rest to rest with zero acceleration and jerk at both ends, constant outside."""
+    return _rest_to_rest(_polynomial(0, 0, 0, 0, 35, -84, 70, -20), start, by, duration, begin)
+
+
+def _polynomial(*coefficients: float) -> Law:
+    p = np.polynomial.Polynomial(coefficients)
+    orders = [p, p.deriv(), p.deriv(2), p.deriv(3)]
+    return lambda u: tuple(order(u) for order in orders)
+
+
+def _rest_to_rest(shape: Law, start: float, by: float, duration: float, begin: float) -> Law:
+    """`shape`, which goes from 0 to 1 while its argument does, scaled and shifted."""
+    refuse_unless_positive(duration, "duration")
+
+    def law(t: FloatArray) -> tuple[FloatArray, ...]:
+        u = (t - begin) / duration
+        moving = by * (np.abs(u - 0.5) <= 0.5 + SLACK)
+        s, *rates = shape(np.minimum(np.maximum(u, 0.0), 1.0))
+        scaled = (moving / duration**order * rate for order, rate in enumerate(rates, start=1))
+        return start + by * s, *scaled
+
+    return Paced(law, (begin, begin + duration))
+
+
+def sine(center: float, amplitude: float, frequency: float, phase: float = 0.0) -> Law:
+    """The sine center + amplitude sin(2π frequency t + phase); frequency [Hz], phase [rad]."""
+    return sines(center, [(amplitude, frequency, phase)])
+
+
+def sines(center: float, terms: Sequence[tuple[float, float, float]]) -> Law:
+    """The sum of `center` and a sine for each (amplitude, frequency [Hz], phase [rad])."""
+
+    def law(t: FloatArray) -> tuple[FloatArray, ...]:
+        position, velocity, acceleration, jerk = constant(center)(t)
+        for amplitude, frequency, phase in terms:
+            omega = 2 * np.pi * frequency
+            s, c = np.sin(omega * t + phase), np.cos(omega * t + phase)
+            position += amplitude * s
+            velocity += amplitude * omega * c
+            acceleration -= amplitude * omega**2 * s
+            jerk -= amplitude * omega**3 * c
+        return position, velocity, acceleration, jerk
+
+    fastest = max((abs(frequency) for _, frequency, _ in terms), default=0.0)
+    return Paced(law, period=1 / fastest if fastest else np.inf)
+
+
+def chirp(
+    center: float, amplitude: float, f0: float, f1: float, duration: float, phase: float = 0.0
+) -> Law:
+    """A sine whose frequency changes linearly from f0 [Hz] at t = 0 to f1 at t = duration."""
+    refuse_unless_positive(duration, "duration")
+
+    def law(t: FloatArray) -> tuple[FloatArray, ...]:
+        growth = 2 * np.pi * (f1 - f0) / duration
+        omega = 2 * np.pi * f0 + growth * t
+        angle = (2 * np.pi * f0 + growth / 2 * t) * t + phase
+        s, c = amplitude * np.sin(angle), amplitude * np.cos(angle)
+        jerk = -3 * growth * omega * s - omega**3 * c
+        return center + s, omega * c, growth * c - omega**2 * s, jerk
+
+    fastest = max(abs(f0), abs(f1))
+    return Paced(law, period=1 / fastest if fastest else np.inf)
+
+
+def waypoints(times: ArrayLike, values: ArrayLike) -> Law:
+    """The quintic spline through `values` (m,) at increasing `times` (m,), constant outside.
+
+    Velocity and acceleration vanish at both ends; between them the fourth derivative is
+    continuous. Like any interpolation it may overshoot between values.
+    """
+    t = checked_array(times, "times", (-1,))
+    x = checked_array(values, "values", t.shape)
+    if len(t) < 2 or not np.isfinite(t).all() or not (np.diff(t) > 0).all():
+        raise InputError("times", f"{t.tolist()}", "two or more, increasing")
+    if not np.isfinite(x).all():
+        raise InputError("values", f"{x.tolist()}", "finite numbers")
+    rest = [(1, 0.0), (2, 0.0)]
+    spline = quintic(t, x, "times", (rest, rest))
+
+    def law(time: FloatArray) -> tuple[FloatArray, ...]:
+        moving = (t[0] < time) & (time < t[-1])
+        jerking = (t[0] <= time) & (time <= t[-1])  # at the ends, that of the moving side
+        u = np.clip(time, t[0], t[-1])
+        return spline(u), moving * spline(u, 1), moving * spline(u, 2), jerking * spline(u, 3)
+
+    return Paced(law, tuple(t.tolist()))
+
+
+def from_laws(name: str, laws: Mapping[str, Law], duration: float, rate: float) -> Motion:
+    """Samples at t = 0, 1/rate, 2/rate, ... up to `duration` [s], rounded to whole steps.
+
+    Raises InputError where there is no law, or not between 1 and 10⁹ steps; the window raises it
+    where a value is not finite.
+    """
+    place = f"motion {name!r}"
+    refuse_unless_positive(duration, f"{place}, duration")
+    refuse_unless_positive(rate, f"{place}, rate")
+    steps = duration * rate
+    if not 0.5 < steps < MAX_SAMPLES:
+        found = f"{steps:g} steps ({duration:g} s at {rate:g} samples per second)"
+        raise InputError(place, found, f"at least 1 and fewer than {MAX_SAMPLES:g}")
+    if not laws:
+        raise InputError(place, "no laws", "one for every driven coordinate")
+    count = round(steps) + 1
+
+    def between(time: FloatArray) -> Samples:
+        with np.errstate(over="ignore", invalid="ignore"):  # refused below
+            values = {coordinate: law(time) for coordinate, law in laws.items()}
+        for coordinate, orders in values.items():
+            if len(orders) not in (3, 4):
+                found = f"{len(orders)} arrays from the law of {coordinate!r}"
+                raise InputError(place, found, "position, velocity, acceleration and jerk")
+        known = min(len(orders) for orders in values.values())
+        rows = np.empty((known, len(laws), len(time)))
+        for row, orders in enumerate(values.values()):
+            rows[:, row] = orders[:known]
+        refuse_non_finite(time, rows, list(laws), place)
+        return Samples(time, *rows)
+
+    def window(start: int, stop: int) -> Samples:
+        chosen = range(count)[start:stop]
+        return between(np.arange(chosen.start, chosen.stop) / rate)
+
+    end = (count - 1) / rate  # half a step off the duration at most
+    known = [
+        law if isinstance(law, Paced) else Paced(law, (), BURST * duration) for law in laws.values()
+    ]
+    knots = {0.0, duration, *(knot for law in known for knot in law.knots if 0 < knot < duration)}
+    period = min(law.period for law in known)
+    ordered = tuple(sorted(knots | {end} if end > duration else knots))
+    return Motion(name, tuple(laws), count, window, "exact", between, ordered, period)

@@ -1,0 +1,193 @@
+"""Motions from samples: recorded data, its derivatives given with it or by a quintic spline."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from parakin.arrays import ORDERS, FloatArray
+from parakin.errors import InputError, nearest
+from parakin.motion.motion import (
+    SLACK,
+    Motion,
+    Samples,
+    checked_array,
+    increasing,
+    quintic,
+    refuse_non_finite,
+    refuse_repeated,
+    refuse_unless_positive,
+)
+
+_JERKS = 24  # samples; fewer may leave a jerk, which can jump, too coarse to be judged
+
+
+def from_arrays(
+    name: str,
+    coordinates: Sequence[str],
+    time: ArrayLike,
+    position: ArrayLike,
+    velocity: ArrayLike | None = None,
+    acceleration: ArrayLike | None = None,
+    jerk: ArrayLike | None = None,
+    *,
+    smoothing: float | Mapping[str, float] | None = None,
+    max_gap: float | None = None,
+) -> Motion:
+    """A motion through samples at increasing times (n,) [s], evenly spaced or not.
+
+    `position` and, both or neither, `velocity` and `acceleration` are (k, n), a row per
+    coordinate; with these, `jerk` may be given too. Without them all are the derivatives of the
+    quintic spline through the positions (n >= 6). `smoothing` is the standard deviation of the
+    noise in the positions, in their SI unit, one for all or by coordinate: then the positions,
+    too, are those of a smoother spline (n >= 24; see `_smoothed`).
+
+    A sample that repeats the one before it, time included, is dropped. `max_gap` [s] is the
+    longest step allowed, unless given 10 times the median step. Raises InputError on whatever
+    else is no motion, and where velocity or acceleration are plainly not the derivatives of
+    what they are given with (see `_refuse_contradiction`).
+    """
+    place = f"motion {name!r}"
+    refuse_repeated(coordinates, place)
+    noise = _noise(smoothing, coordinates, place)
+    if (velocity is None) != (acceleration is None):
+        lone = "velocity" if acceleration is None else "acceleration"
+        raise InputError(place, f"{lone} alone", "both velocity and acceleration, or neither")
+    if jerk is not None and velocity is None:
+        raise InputError(place, "jerk alone", "velocity and acceleration with it")
+    if noise and velocity is not None:
+        raise InputError(place, "velocity and smoothing", "positions alone to be smoothed")
+
+    t = checked_array(time, f"{place}, time", (-1,))
+    given = [array for array in (position, velocity, acceleration, jerk) if array is not None]
+    rows = np.empty((len(given), len(coordinates), len(t)))
+    for order, array in enumerate(given):
+        rows[order] = checked_array(array, f"{place}, {ORDERS[order]}", rows.shape[1:])
+    refuse_non_finite(t, rows, coordinates, place)
+    kept = increasing(t, rows, place)
+    t, rows = t[kept], rows[:, :, kept]
+    needed = 24 if noise else 6 if velocity is None else 2
+    if len(t) < needed:
+        raise InputError(place, f"{len(t)} samples", f"at least {needed}")
+    _refuse_gaps(t, max_gap, place)
+
+    if velocity is None:
+        rows = _differentiated(t, rows[0], coordinates, noise, place)
+        told = ", ".join(f"{key} {deviation:g}" for key, deviation in noise.items())
+        derivatives = f"smoothed quintic spline (noise {told})" if noise else "quintic spline"
+    else:
+        derivatives = "given"
+        for row, coordinate in enumerate(coordinates):
+            checked = len(rows) if len(t) >= _JERKS else min(len(rows), 3)
+            for order in range(1, checked):
+                where = f"{place}, {ORDERS[order]} of {coordinate!r}"
+                _refuse_contradiction(t, rows[order - 1, row], rows[order, row], where)
+    if not kept.all():
+        derivatives += f"; repeated samples dropped: {np.sum(~kept)}"
+
+    def window(start: int, stop: int) -> Samples:
+        return Samples(t[start:stop].copy(), *(row[:, start:stop].copy() for row in rows))
+
+    return Motion(name, tuple(coordinates), len(t), window, derivatives)
+
+
+def _noise(
+    smoothing: float | Mapping[str, float] | None, coordinates: Sequence[str], place: str
+) -> dict[str, float]:
+    """The standard deviation of each coordinate that is to be smoothed."""
+    if smoothing is None:
+        return {}
+    if not isinstance(smoothing, Mapping):
+        smoothing = dict.fromkeys(coordinates, smoothing)
+    for coordinate, deviation in smoothing.items():
+        where = f"{place}, smoothing"
+        if coordinate not in coordinates:
+            raise InputError(where, f"{coordinate!r}", nearest(coordinate, coordinates))
+        refuse_unless_positive(deviation, where)
+    return dict(smoothing)
+
+
+def _differentiated(
+    t: FloatArray,
+    position: FloatArray,
+    coordinates: Sequence[str],
+    noise: Mapping[str, float],
+    place: str,
+) -> FloatArray:
+    """Position, velocity, acceleration and jerk (4, k, n) of splines for positions (k, n)."""
+    u = t - t[0]  # counted from long ago, the times would cost the spline digits
+    rows = np.repeat(position[np.newaxis], 4, axis=0)
+    for row, coordinate in enumerate(coordinates):
+        where = f"{place}, {coordinate!r}"
+        if coordinate in noise:
+            spline = _smoothed(u, position[row], noise[coordinate], where)
+            rows[0, row] = spline(u)
+        else:
+            spline = quintic(u, position[row], where)
+        for order in (1, 2, 3):
+            rows[order, row] = spline(u, order)
+    refuse_non_finite(t, rows, coordinates, place)
+    return rows
+
+
+def _smoothed(t: FloatArray, x: FloatArray, deviation: float, place: str) -> Any:
+    """The stiffest quintic spline (scipy's BSpline) that leaves no more than the noise.
+
+    Splines are fitted by least squares, each with twice as many intervals as the last, of
+    equally many samples; the first is taken whose residual variance is deviation² or above it
+    by less than three standard errors. (FITPACK's smoothing, its sum of squares set to
+    n deviation², follows the noise once `deviation` is a little too small.)
+    """
+    from scipy.interpolate import BSpline, splrep
+
+    intervals, variance = 1, 0.0
+    while 4 * (intervals + 5) <= len(t):  # four samples per coefficient tell noise from motion
+        inner = t[np.arange(1, intervals) * (len(t) - 1) // intervals]
+        # FITPACK's own least squares: make_lsq_spline's time grows with samples times intervals.
+        spline = BSpline(*splrep(t, x, k=5, t=inner, task=-1))
+        freedom = len(t) - intervals - 5
+        variance = np.sum((spline(t) - x) ** 2) / freedom
+        if variance <= deviation**2 * (1 + 3 * np.sqrt(2 / freedom)):
+            return spline
+        intervals *= 2
+    found = f"smoothing {deviation:g} where the noise is about {np.sqrt(variance):.2g}"
+    raise InputError(place, found, "the noise's standard deviation, or more samples")
+
+
+def _refuse_gaps(t: FloatArray, max_gap: float | None, place: str) -> None:
+    step = np.diff(t)
+    longest = int(np.argmax(step))
+    if max_gap is None:
+        limit, of = 10 * float(np.median(step)), "10 times the median"
+    else:
+        refuse_unless_positive(max_gap, f"{place}, max_gap")
+        limit, of = max_gap, "max_gap"
+    if step[longest] > limit * (1 + SLACK):
+        found = f"a step of {step[longest]:g} s after sample {longest} (t = {t[longest]:.9g} s)"
+        raise InputError(place, found, f"at most {limit:g} s ({of}); a larger max_gap allows it")
+
+
+def _refuse_contradiction(t: FloatArray, x: FloatArray, v: FloatArray, place: str) -> None:
+    """Refuse v (n,) as the derivative of x (n,) if it is off by a factor of two, or in sign.
+
+    The integral of v by the trapezoidal rule may stray from x over half of the range that either
+    covers, plus a micrometre or microradian (per second), plus what noise may build up. That is
+    judged by the third differences of what v leaves over: noise changes from step to step, a
+    wrong unit does not where there are a dozen samples or more in a cycle.
+    """
+    step = np.diff(t)
+    covered = step * (v[1:] + v[:-1]) / 2
+    left = np.diff(x) - covered
+    with np.errstate(over="ignore", invalid="ignore"):
+        noise = 3 * np.linalg.norm(step[3:] * np.diff(left / step, 3))
+
+    def reach(steps: FloatArray) -> float:
+        return float(np.ptp(np.append(0.0, np.cumsum(steps))))
+
+    if reach(left) > max(reach(np.diff(x)), reach(covered)) / 2 + noise + 1e-6:
+        found = f"an integral off by {reach(left):.3g} from values ranging over {np.ptp(x):.3g}"
+        expected = "the derivative, in SI or the unit stated; or only positions"
+        raise InputError(place, found, expected)

@@ -1,0 +1,142 @@
+"""From a mechanism to a solver: assembled, planned for what is driven, and compiled."""
+
+from __future__ import annotations
+
+import functools
+import pickle
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from parakin.errors import AssemblyError, DrivenError, InputError, nearest
+from parakin.files.reading import load
+from parakin.kernel.backends import has_machine_code
+from parakin.kernel.pose import newton_unknowns, unknowns_of
+from parakin.kernel.rows import Outputs
+from parakin.kinematics.assembly import CLOSED, Configuration, assembled, close
+from parakin.model.expressions import Value
+from parakin.model.graph import Graph, graph_of
+from parakin.model.mechanism import Mechanism
+from parakin.planning.ordering import plan_of
+from parakin.solving.charts import beside
+from parakin.solving.modes import modes_of
+from parakin.solving.solver import Solver
+
+
+def compile(
+    mechanism: Mechanism | str | Path,
+    driven: Sequence[str] | str | None = None,
+    *,
+    coordinates: Sequence[str] | str | None = None,
+    derivatives: int = 2,
+    checks: bool = True,
+    cut: Sequence[str] = (),
+    near: Mapping[str, float] | str | None = None,
+    machine_code: bool | None = None,
+    parameters: Mapping[str, Value] | None = None,
+) -> Solver:
+    """Compile a mechanism for a choice of driven coordinates.
+
+    mechanism: or its name in the catalogue, or its file.
+    driven: one name or more, as many as its mobility; the mechanism's own choice if not given.
+    coordinates: which to report. By default those of a spanning tree and the platform's pose;
+    "all" adds those of the joints outside the tree and the cone angles of spherical joints. Where
+    iterated ones are left out, a guess has to be a `Tick`, which carries them.
+    derivatives: 0 to 3 of them; the third is the jerk.
+    checks: False leaves out residual and conditioning; only NaN is then flagged. A solver that
+    iterates needs them and keeps them.
+    cut: joints to leave out of the spanning tree that is solved; by default those that make the
+    smallest systems. It changes the speed and not the result.
+    near: another assembly mode: its coordinates, as a `Mode` has them, or its name as
+    `parakin.modes` and `parakin modes` tell it. The solver's home is the closed configuration
+    nearest to it, and its branch the one followed.
+    machine_code: False runs on NumPy arrays; None takes machine code where heyoka is installed.
+    parameters: overrides by name.
+    A solver can be pickled: it goes as what it was compiled from, and is compiled again where it
+    arrives, once a process.
+    Raises InputError, AssemblyError, DrivenError.
+    """
+    if not isinstance(mechanism, Mechanism):
+        mechanism = load(mechanism)
+    if parameters:
+        mechanism = mechanism.with_parameters(parameters)
+    if derivatives not in range(4):
+        raise InputError("derivatives", f"{derivatives}", "0, 1, 2 or 3")
+    graph = graph_of(mechanism)
+    driven = mechanism.driven if driven is None else driven
+    names = (driven,) if isinstance(driven, str) else tuple(driven)
+    if not names:
+        raise DrivenError(f"{mechanism.where}: no driven coordinates are given")
+    if len(set(names)) < len(names):
+        raise DrivenError(f"{mechanism.where}: a coordinate is driven twice: {', '.join(names)}")
+    numbers = [graph.index(name, f"{mechanism.where}: driven") for name in names]
+    joints = [joint.name for joint in graph.joints]
+    for name in cut:
+        if name not in joints:
+            raise InputError("cut", f"unknown joint {name!r}", nearest(name, joints))
+    own = home = assembled(graph)
+    if isinstance(near, str):
+        search = modes_of(plan_of(graph, numbers, home, everywhere=True))
+        named = {mode.name: mode.coordinates for mode in search.modes}
+        if near not in named:
+            raise InputError("near", f"unknown branch {near!r}", nearest(near, named))
+        near = named[near]
+    if near is not None:
+        home = _near(graph, home, numbers, near)
+    plan = plan_of(graph, numbers, home, [joints.index(name) for name in cut], zero=own.q)
+    chosen = list(_chosen(plan.graph.plain, coordinates))
+    iterated = newton_unknowns(plan)
+    checks = checks or bool(iterated)
+    # What is solved for is watched along a motion, whoever asks for it.
+    solved = unknowns_of(plan) if checks and derivatives > 1 else iterated
+    hidden = beside(plan, chosen, solved) if checks else []
+    outputs = Outputs((*chosen, *hidden), derivatives, checks)
+    code = has_machine_code() if machine_code is None else machine_code
+    recipe: dict[str, Any] = {
+        "mechanism": mechanism,
+        "driven": names,
+        "coordinates": coordinates,
+        "derivatives": derivatives,
+        "checks": checks,
+        "cut": tuple(cut),
+        "near": None if near is None else dict(near),
+        "machine_code": machine_code,
+    }
+    again = (_arrived, (pickle.dumps(recipe),))
+    return Solver(plan, outputs, len(chosen), machine_code=code, again=again)
+
+
+@functools.lru_cache(maxsize=16)
+def _arrived(recipe: bytes) -> Solver:
+    """A solver that was sent to this process, compiled the first time that it comes."""
+    return compile(**pickle.loads(recipe))
+
+
+def _near(
+    graph: Graph, home: Configuration, driven: Sequence[int], near: Mapping[str, float]
+) -> Configuration:
+    """The closed configuration nearest to given coordinates. Raises AssemblyError."""
+    start = home.q.copy()
+    for name, value in near.items():
+        k = graph.index(name, "near")
+        start[k] = value + (home.q[k] if k in graph.from_home else 0.0)
+    tree = graph.tree(first={graph.coordinates[k].joint for k in driven})
+    at, norm = close(graph, tree, start, held=driven)
+    if norm > CLOSED:
+        raise AssemblyError(f"{graph.mechanism.where}: no closed configuration near the one given")
+    return at
+
+
+def _chosen(graph: Graph, coordinates: Sequence[str] | str | None) -> list[int | str]:
+    if isinstance(coordinates, str) and coordinates != "all":
+        coordinates = [coordinates]
+    if coordinates is None:
+        inside = graph.inside(graph.tree())
+        if graph.platform is not None:
+            inside += graph.joints[graph.platform].coordinates
+        return sorted(set(inside))
+    if coordinates == "all":
+        return [*range(len(graph.plain.coordinates)), *graph.cones]
+    return [
+        name if name in graph.cones else graph.index(name, "coordinates") for name in coordinates
+    ]

@@ -1,0 +1,370 @@
+"""Assembly modes: the real assemblies of a mechanism for given driven values.
+
+A search, not a proof: many random starts and all combinations of signs of the closed forms' roots,
+in one batch. With the platform driven its answers are the working modes, with the actuators driven
+the assembly modes.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from parakin.algebra.spatial import ARRAYS, Scalar
+from parakin.arrays import BoolArray, FloatArray, IndexArray
+from parakin.errors import InputError, nearest
+from parakin.kernel.pose import Equations, Lead, newton_unknowns, trace
+from parakin.kernel.rows import Outputs
+from parakin.kinematics import closure
+from parakin.kinematics.assembly import circuits_at, configure, freedoms
+from parakin.kinematics.recursion import Circuits
+from parakin.model.graph import Graph
+from parakin.planning.ordering import plan_of
+from parakin.planning.plan import Block, Plan
+from parakin.solving.solver import Solver
+from parakin.solving.status import SINGULAR
+
+_DESCENTS = 60  # damped steps from a start
+_STEPS = 4  # and undamped ones after these
+_DRAWS = 12  # of signs, as long as loops stay open
+_FAR = 3.0  # characteristic lengths: how far from home starts lie
+_SAME = 1e-6  # what two findings may differ by, in radians and characteristic lengths
+_CLOSED = 1e-10
+_RESTS = 1e-9  # rates below this are none
+_LOCKED = 1e-6  # cosine of the second of three angles: the others are not told well
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One assembly mode: its name ("home" for that of home), all coordinates, the conditioning, how
+    often it was found, in how many ways passive joints may stand, and the limits it breaks.
+    """
+
+    name: str
+    coordinates: Mapping[str, float]
+    conditioning: float
+    found: int
+    variants: int
+    beyond: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Search:
+    """What `modes` found: the modes, nearest home first, the names of the coordinates that tell
+    them apart, how many starts closed, and the Good-Turing estimate of how likely one more
+    start that closes would find something new. `singular` counts closed starts left out: there
+    the driven coordinates do not determine the rest, and assemblies may form a continuum.
+    """
+
+    modes: tuple[Mode, ...]
+    told_by: tuple[str, ...]
+    starts: int
+    closed: int
+    unseen: float
+    singular: int = 0
+
+    @property
+    def summary(self) -> str:
+        """How much was found, and how sure it is that this is all."""
+        odds = f"about {self.unseen:.1g}" if self.unseen else f"under {1 / max(self.closed, 1):.1g}"
+        return (
+            f"{len(self.modes)} distinct among {self.closed:,} assemblies found from "
+            f"{self.starts:,} random starts. A search, not a proof: one more would be new with "
+            f"probability {odds}."
+        )
+
+
+def modes(solver: Solver, values: Mapping[str, float] | None = None, starts: int = 8192) -> Search:
+    """The real assemblies for driven values (home's where not given), by many random starts.
+
+    With the platform driven these are the working modes, with the actuators driven the assembly
+    modes. A search, not a proof: `unseen` of the answer says how sure it is. A solver that starts
+    from another mode: `compile(..., near=mode.coordinates)`.
+    Raises InputError on names that are not driven.
+    """
+    for name in values or {}:
+        if name not in solver.driven:
+            raise InputError("values", f"{name!r}", nearest(name, solver.driven))
+    graph, plan = solver.graph, solver.plan
+    home = configure(plan.graph, plan.tree, plan.home)
+    home = configure(graph, graph.posed_tree(), home.q[: len(graph.coordinates)])
+    found = plan_of(graph, plan.driven, home, zero=plan.zero, everywhere=True)
+    return modes_of(found, values, starts)
+
+
+def modes_of(
+    plan: Plan, values: Mapping[str, float] | None = None, starts: int = 8192, seed: int = 0
+) -> Search:
+    """Search for the assemblies that a plan allows.
+
+    values: of driven coordinates, as they are counted; home's where not given. Told apart by
+    actuated and platform coordinates that are not driven, or by all where there are none.
+    """
+    graph, n = plan.graph, starts
+    rng = np.random.default_rng(seed)
+    outputs = Outputs(tuple(range(len(graph.coordinates))), derivatives=0)
+    home = np.array([plan.home[k] - plan.offset(k) for k in range(len(graph.coordinates))])
+    scales = np.array([1.0 if c.angle else graph.length for c in graph.coordinates])
+    driven = np.array([(values or {}).get(graph.coordinates[k].name, home[k]) for k in plan.driven])
+    iterated = newton_unknowns(plan)
+    # A mirror image of home is as far away again as home is from what mirrors it.
+    spread = np.array(
+        [np.pi if graph.coordinates[k].angle else _FAR * graph.length for k in iterated]
+    )
+    guess = home[iterated, None] + spread[:, None] * rng.uniform(-1, 1, (len(iterated), n))
+    if len(iterated):
+        guess[:, 0] = home[iterated]
+    out = np.empty((outputs.count, n))
+    offsets = np.array([plan.offset(k) for k in range(len(home))])
+    signs = [_either(block, rng, n) for block in plan.blocks]
+    given = list(np.repeat(driven[:, None], n, axis=1))
+    lead: Lead | None = _descent(scales)
+    for _ in range(_DRAWS):
+        pairs = list(zip(plan.blocks, signs, strict=True))
+        loose = replace(plan, blocks=tuple(_with_sign(*pair) for pair in pairs))
+        with np.errstate(all="ignore"):  # what cannot be reached is NaN
+            results = trace(loose, [given], list(guess), ARRAYS, outputs, _STEPS, lead)
+            for row, result in enumerate(results):
+                out[row] = result
+            open_ = _open(plan, out[outputs.order(0)] + offsets[:, None])
+        for block, sign in pairs:
+            if sign is not None:  # the loop may want the other root: a joint's angles go together
+                wrong = open_[block.rows[0].cut]
+                sign[wrong] = rng.choice([-1.0, 1.0], int(wrong.sum()))
+        if len(iterated):
+            guess, lead = out[iterated], None
+    q = out[outputs.order(0)]
+    residual, conditioning = out[outputs.residual], out[outputs.conditioning]
+    real = residual <= _CLOSED * graph.length
+    at_rest = np.where(real, q + offsets[:, None], plan.home[:, None])
+    circuits = circuits_at(graph, plan.tree, at_rest)
+    turned = _orientation(circuits, n)
+    if turned is not None:
+        _tell(graph, turned, q)
+        real &= ~_only_folded(graph, plan, q, home)
+    regular = np.abs(conditioning) > SINGULAR
+    singular = int((real & ~regular).sum())
+    closed = np.flatnonzero(real & regular)
+    told_by = _telling(graph, plan)
+    groups = _groups(graph, q[:, closed], told_by, scales, _of(turned, closed))
+    found: list[tuple[float, Mode]] = []
+    everything = list(range(len(graph.plain.coordinates)))
+    for members in groups:
+        those = closed[members]
+        at = q[:, those]
+        steps = _wrapped(graph, (at - home[:, None]).T).T / scales[:, None]
+        nearest = int(np.argmin(np.linalg.norm(steps, axis=0)))
+        away = np.linalg.norm(steps[told_by], axis=0)
+        position = home + _wrapped(graph, at[:, nearest] - home)
+        named = {graph.coordinates[k].name: float(position[k]) for k in everything}
+        found.append(
+            (
+                float(away[nearest]),
+                Mode(
+                    "",
+                    named,
+                    min(1.0, float(abs(conditioning[those[nearest]]))),
+                    len(those),
+                    len(_groups(graph, at, everything, scales, _of(turned, those))),
+                    _beyond(graph, position),
+                ),
+            )
+        )
+    # Mirror images are as far from home as each other: let chance not decide which comes first.
+    names = [graph.coordinates[k].name for k in told_by]
+    found.sort(
+        key=lambda pair: (round(pair[0], 6), [round(pair[1].coordinates[n], 4) for n in names])
+    )
+    assemblies = tuple(
+        replace(mode, name="home" if distance < 1e-4 else str(number))
+        for number, (distance, mode) in enumerate(found, start=1)
+    )
+    once = sum(1 for mode in assemblies if mode.found == 1)
+    return Search(
+        assemblies,
+        tuple(graph.coordinates[k].name for k in told_by),
+        n,
+        len(closed),
+        once / len(closed) if len(closed) else 1.0,
+        singular,
+    )
+
+
+def _descent(scales: FloatArray) -> Lead:
+    """Levenberg-Marquardt from every start: Newton's steps alone would throw most of them away."""
+
+    def lead(block: Block, equations: Equations, values: list[Scalar]) -> list[Scalar]:
+        unit = scales[list(block.unknowns)]
+        n = len(values[0])
+
+        def system(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+            gaps, rows = equations(list(x * unit[:, None]))
+            g = np.array([np.broadcast_to(gap, n) for gap in gaps]).T
+            J = np.array([[np.broadcast_to(entry, n) for entry in row] for row in rows])
+            J = np.moveaxis(J, 2, 0) * unit
+            return g, J, np.nan_to_num(np.einsum("ij,ij->i", g, g), nan=np.inf)
+
+        x = np.array(values) / unit[:, None]
+        g, J, cost = system(x)
+        damping = np.full(n, 1e-2)
+        eye = np.eye(len(unit))
+        for _ in range(_DESCENTS):
+            square = np.einsum("nij,nik->njk", J, J)
+            size = np.einsum("njj->n", square) / len(unit)
+            normal = square + (damping * size)[:, None, None] * eye + 1e-30 * eye
+            slope = np.einsum("nij,ni->nj", J, g)
+            step = np.linalg.solve(normal, slope[:, :, None])[:, :, 0].T
+            there = system(x - step)
+            better = there[2] < cost
+            x = np.where(better, x - step, x)
+            g = np.where(better[:, None], there[0], g)
+            J = np.where(better[:, None, None], there[1], J)
+            cost = np.where(better, there[2], cost)
+            damping = np.clip(np.where(better, damping * 0.2, damping * 5.0), 1e-12, 1e12)
+        return list(x * unit[:, None])
+
+    return lead
+
+
+def _with_sign(block: Block, sign: FloatArray | None) -> Block:
+    return block if sign is None else replace(block, sign=sign)  # type: ignore[arg-type]
+
+
+def _either(block: Block, rng: np.random.Generator, n: int) -> FloatArray | None:
+    """Both signs of a closed form's root at random, the first that of home; of one root none."""
+    if block.form in ("newton", "linear", "turn by two"):
+        return None
+    signs = rng.choice([-1.0, 1.0], n)
+    signs[0] = block.sign
+    return signs
+
+
+def _open(plan: Plan, q: FloatArray) -> dict[int, BoolArray]:
+    """By cut joint, the configurations (columns of q) in which its loop is open."""
+    circuits = circuits_at(plan.graph, plan.tree, q)
+    found = {}
+    for cut in plan.tree.cuts:
+        end = closure.ends(circuits, cut)
+        closed = np.ones(q.shape[1], dtype=bool)
+        for row in closure.canonical_rows(plan.graph.joints[cut], cut):
+            gap = closure.per_length(plan.graph, row) * closure.value(circuits, row, end)
+            closed &= np.abs(gap) <= _CLOSED * plan.graph.length
+        found[cut] = ~closed
+    return found
+
+
+def _telling(graph: Graph, plan: Plan) -> list[int]:
+    told = [k for k, c in enumerate(graph.coordinates) if c.actuated]
+    if graph.platform is not None:
+        told += graph.joints[graph.platform].coordinates
+    told = [k for k in told if k not in plan.affine]
+    return told or [k for k in range(len(graph.plain.coordinates)) if k not in plan.affine]
+
+
+def _platform_angles(graph: Graph) -> list[int]:
+    if graph.platform is None:
+        return []
+    return list(graph.joints[graph.platform].coordinates)[3:]
+
+
+def _platform_axes(graph: Graph) -> list[int]:
+    joint = graph.joints[graph.platform or 0]
+    return [pair.axis for pair in joint.pairs[3:]]
+
+
+def _wrapped(graph: Graph, difference: FloatArray) -> FloatArray:
+    """Differences of angles within half a turn; coordinates along the last axis."""
+    angle = np.array([c.angle for c in graph.coordinates])
+    turned: FloatArray = np.where(
+        angle, difference - 2 * np.pi * np.round(difference / (2 * np.pi)), difference
+    )
+    return turned
+
+
+def _orientation(circuits: Circuits, n: int) -> FloatArray | None:
+    """R_WB of the platform, (n, 3, 3): three angles have several names for one orientation."""
+    graph = circuits.graph
+    if graph.platform is None:
+        return None
+    R = circuits.pose(graph.joints[graph.platform].child).R
+    stacked = [[np.broadcast_to(np.asarray(x, dtype=float), n) for x in row] for row in R]
+    return np.array(stacked).transpose(2, 0, 1)
+
+
+def _of(turned: FloatArray | None, chosen: IndexArray) -> FloatArray | None:
+    return None if turned is None else turned[chosen]
+
+
+def _tell(graph: Graph, turned: FloatArray, q: FloatArray) -> None:
+    """Tell orientations anew where angles are not defined, and have been read off noise."""
+    angles = _platform_angles(graph)
+    sequence = "".join("XYZ"[axis] for axis in _platform_axes(graph))
+    held = np.cos(q[angles[1]]) if sequence[0] != sequence[2] else np.sin(q[angles[1]])
+    locked = np.flatnonzero(np.abs(held) < _LOCKED)
+    if len(locked):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # gimbal lock: one of many names will do
+            told = Rotation.from_matrix(turned[locked]).as_euler(sequence)
+        for k, row in zip(angles, told.T, strict=True):
+            q[k, locked] = row
+
+
+def _only_folded(graph: Graph, plan: Plan, q: FloatArray, home: FloatArray) -> BoolArray:
+    """Where angles of the platform that never move differ from home's only by being told the other
+    way round, so that it is a driven one that has moved: no assembly for the values driven.
+    """
+    angles = _platform_angles(graph)
+    sequence = "".join("XYZ"[axis] for axis in _platform_axes(graph))
+    driven = np.isin(angles, plan.driven)
+    tree = graph.posed_tree()
+    motions = freedoms(graph, tree, configure(graph, tree, plan.home))[angles]
+    if not driven.any() or driven.all() or np.abs(motions[~driven]).max(initial=0.0) > _RESTS:
+        return np.zeros(q.shape[1], dtype=bool)
+    a, b, c = q[angles]
+    other = np.array([a + np.pi, -b if sequence[0] == sequence[2] else np.pi - b, c + np.pi])
+
+    def as_home(told: FloatArray) -> BoolArray:
+        away = np.remainder(told - home[angles, None] + np.pi, 2 * np.pi) - np.pi
+        rests: BoolArray = np.abs(away[~driven]).max(axis=0) < _SAME
+        return rests
+
+    return as_home(other) & ~as_home(q[angles])
+
+
+def _groups(
+    graph: Graph, q: FloatArray, by: list[int], scales: FloatArray, orientation: FloatArray | None
+) -> list[list[int]]:
+    """Columns of q that agree in the coordinates `by`, angles modulo a turn, and orientation."""
+    if not q.shape[1]:
+        return []
+    turned = _platform_angles(graph)
+    whole = set(turned) <= set(by)  # three angles: one orientation has several names
+    features = [
+        row
+        for k in by
+        if not (whole and k in turned)
+        for row in (
+            (np.cos(q[k]), np.sin(q[k])) if graph.coordinates[k].angle else (q[k] / scales[k],)
+        )
+    ]
+    if whole and turned:
+        assert orientation is not None
+        features += list(orientation.reshape(-1, 9).T)
+    points = np.array(features).T
+    left = np.arange(len(points))
+    groups: list[list[int]] = []
+    while len(left):
+        same = np.abs(points[left] - points[left[0]]).max(axis=1) < _SAME
+        groups.append(left[same].tolist())
+        left = left[~same]
+    return groups
+
+
+def _beyond(graph: Graph, q: FloatArray) -> tuple[str, ...]:
+    return tuple(
+        c.name for k, c in enumerate(graph.coordinates) if not c.limits[0] <= q[k] <= c.limits[1]
+    )

@@ -1,0 +1,182 @@
+"""Results as labelled arrays: what the solver found, as an xarray Dataset users know how to use."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from parakin.arrays import ORDERS, FloatArray, StatusArray
+from parakin.errors import NotSolvedError
+from parakin.kernel.rows import (
+    ACCELERATION,
+    ANGULAR_ACCELERATION,
+    ANGULAR_VELOCITY,
+    ORIENTATION,
+    POINT,
+    POSITION,
+    VELOCITY,
+    Outputs,
+)
+from parakin.solving.status import Status
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from parakin.model.graph import Graph
+    from parakin.motion.motion import Motion
+
+_UNITS = ("m or rad", "m or rad s-1", "m or rad s-2", "m or rad s-3")
+
+
+@dataclass(frozen=True)
+class Labels:
+    """What all results of a solver have in common: rows, names, home's values and the graph."""
+
+    graph: Graph
+    rows: Outputs
+    coordinates: tuple[str, ...]
+    driven: tuple[str, ...]
+    home: Mapping[str, float]
+
+    @cached_property
+    def common(self) -> tuple[dict[Hashable, xr.Variable], dict[Hashable, xr.Index]]:
+        """Names of coordinates, their units and what drives, with their indexes."""
+        import xarray as xr
+
+        graph = self.graph
+        numbers = {c.name: k for k, c in enumerate(graph.coordinates)}
+        units = [
+            "rad" if name in graph.cones else graph.coordinates[numbers[name]].unit
+            for name in self.coordinates
+        ]
+        actuated = [
+            name in numbers and graph.coordinates[numbers[name]].actuated
+            for name in self.coordinates
+        ]
+        labels = xr.Coordinates(
+            {
+                "coordinate": list(self.coordinates),
+                "unit": ("coordinate", units),
+                "actuated": ("coordinate", actuated),
+                "driven": ("coordinate", [name in self.driven for name in self.coordinates]),
+            }
+        )
+        return dict(labels.variables), dict(labels.xindexes)
+
+
+def dataset(
+    of: Labels,
+    motion: Motion,
+    time: FloatArray,
+    out: FloatArray,
+    status: StatusArray,
+    points: Sequence[str],
+    figures: FloatArray | None,
+    before: xr.Dataset | None = None,
+) -> xr.Dataset:
+    """Kernel outputs (rows, n) as a Dataset over time and coordinate (and point, axis).
+
+    before: the window before this one.
+    """
+    import xarray as xr
+
+    rows, over = of.rows, ("time", "coordinate")
+    variables: dict[str, Any] = {
+        quantity: (over, out[rows.order(k)].T, {"units": _UNITS[k]})
+        for k, quantity in enumerate(ORDERS[: rows.derivatives + 1])
+    }
+    residual = {"long_name": "norm of all closure rows", "units": "m"}
+    variables |= {
+        "status": ("time", status, _status_attributes()),
+        "residual": ("time", out[rows.residual], residual),
+        "conditioning": ("time", out[rows.conditioning], {"units": "1"}),
+        "home": ("coordinate", [of.home.get(name, np.nan) for name in of.coordinates]),
+    }
+    labels = {"time": xr.Variable("time", time, {"units": "s"})}
+    if figures is not None:
+        last = None if before is None else before["body_orientation"].values[-1]
+        variables |= _bodies(figures, len(points), len(time), last)
+        known = {"body": list(points), "axis": list("xyz"), "quaternion": list("wxyz")}
+        labels |= {name: xr.Variable(name, values) for name, values in known.items()}
+    attributes = {
+        "mechanism": of.graph.mechanism.name,
+        "motion": motion.name,
+        "motion_derivatives": motion.derivatives,
+        "characteristic_length": of.graph.length,
+    }
+    common, indexes = of.common
+    indexes = indexes | {n: xr.indexes.PandasIndex(v.values, n) for n, v in labels.items()}
+    return xr.Dataset(variables, xr.Coordinates(common | labels, indexes), attributes)
+
+
+def require_solved(ds: xr.Dataset) -> xr.Dataset:
+    """The result itself, if every sample of it is solved.
+
+    Raises NotSolvedError with how many are flagged, the first, and the worst residual.
+    """
+    status = ds["status"].values
+    flagged = np.flatnonzero(status)
+    if len(flagged):
+        i = int(flagged[0])
+        worst = np.fmax.reduce(ds["residual"].values, initial=0.0)
+        raise NotSolvedError(
+            f"{ds.attrs['mechanism']}, {ds.attrs['motion']}: {len(flagged)} of {len(status)} "
+            f"samples are flagged; the first, {i} at t = {float(ds['time'][i]):.6g} s, is "
+            f"{Status(int(status[i])).words}; worst residual of the rest {worst:.1e}"
+        )
+    return ds
+
+
+@functools.cache
+def _status_attributes() -> dict[str, Any]:
+    return {
+        "flag_values": np.array([s.value for s in Status], dtype=np.int8),
+        "flag_meanings": " ".join(s.name.lower() for s in Status),
+    }
+
+
+def _bodies(figures: FloatArray, points: int, n: int, last: FloatArray | None) -> dict[str, Any]:
+    blocks = figures.reshape(points, POINT, n)
+    over = ("time", "body", "axis")
+
+    def vectors(rows: slice) -> FloatArray:
+        return np.ascontiguousarray(blocks[:, rows].transpose(2, 0, 1))
+
+    return {
+        "body_position": (over, vectors(POSITION), {"units": "m"}),
+        "body_orientation": (
+            ("time", "body", "quaternion"),
+            quaternions(blocks[:, ORIENTATION], last),
+        ),
+        "body_velocity": (over, vectors(VELOCITY), {"units": "m s-1"}),
+        "body_angular_velocity": (over, vectors(ANGULAR_VELOCITY), {"units": "rad s-1"}),
+        "body_acceleration": (over, vectors(ACCELERATION), {"units": "m s-2"}),
+        "body_angular_acceleration": (over, vectors(ANGULAR_ACCELERATION), {"units": "rad s-2"}),
+    }
+
+
+def quaternions(rows: FloatArray, last: FloatArray | None) -> FloatArray:
+    """Rotation matrices (points, 9, n) as quaternions wxyz (n, points, 4) without sign jumps,
+    nor from the `last` ones of the window before.
+    """
+    from scipy.spatial.transform import Rotation
+
+    points, _, n = rows.shape
+    matrices = rows.transpose(2, 0, 1).reshape(-1, 3, 3)
+    good = np.isfinite(matrices).all(axis=(1, 2))
+    quaternions = np.full((len(matrices), 4), np.nan)
+    if good.any():
+        quaternions[good] = Rotation.from_matrix(matrices[good]).as_quat(scalar_first=True)
+    turns = quaternions.reshape(n, points, 4)
+    with np.errstate(invalid="ignore"):
+        flips = np.where((turns[1:] * turns[:-1]).sum(axis=2) < 0, -1.0, 1.0)
+    with np.errstate(invalid="ignore"):
+        lead = turns[:1, :, 0] if last is None else (turns[:1] * last).sum(axis=2)
+        first = np.where(lead < 0, -1.0, 1.0)
+    signs = np.cumprod(np.concatenate([first, flips]), axis=0)
+    return turns * signs[:, :, None]

@@ -1,0 +1,126 @@
+"""What became of a sample, and where a kernel's outputs tell it."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
+from parakin.kernel.rows import Outputs
+
+RESIDUAL = 1e-12  # of what is subtracted where loops close: what counts as closed
+# Cosines of the second of three angles below which the first and last are not told, nor their
+# first, second and third derivatives, each of which magnifies rounding once more.
+LOCKED = (1e-8, 1e-5, 3e-4, 2e-3)
+_UPRIGHT = 1.5  # rad: within that of zero no cosine is small
+TURNS = 1e6  # of an angle: beyond, it is known to less than 1e-9 rad
+SINGULAR = 1e-6  # conditioning below this leaves no digits to trust in accelerations
+
+
+class Status(enum.IntEnum):
+    """What became of a sample. What is not solved comes with NaN, solved are CONVERGED,
+    LIMIT_EXCEEDED and ANGLES_UNDEFINED, the last with NaN in those angles alone.
+    """
+
+    CONVERGED = 0
+    ITERATION_LIMIT = 1
+    OUT_OF_REACH = 2
+    SINGULAR = 3
+    BRANCH_CHANGE = 4
+    LIMIT_EXCEEDED = 5
+    NOT_REACHED = 6
+    NOT_SMOOTH = 7
+    ANGLES_UNDEFINED = 8
+
+    @property
+    def words(self) -> str:
+        return self.name.lower().replace("_", " ")
+
+
+SOLVED = (Status.CONVERGED, Status.LIMIT_EXCEEDED, Status.ANGLES_UNDEFINED)
+
+
+class Triple(NamedTuple):
+    """Three angles that are read off: rows of those reported, and of the second, which tells by
+    its cosine, or where first and last axis are the same its sine, whether they are defined.
+    """
+
+    rows: IndexArray
+    second: int
+    same: bool
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where a kernel's outputs lie.
+
+    `reported`: how many of the coordinates of `outputs` are told, the rest of the unknowns coming
+    after these. `found` (orders, m): iterated coordinates, of which a guess is needed. `unknowns`:
+    rows of all that is solved for, and `units` of these, 1 for angles, else the characteristic
+    length. `angles`: rows of angles that are found within half a turn of home. `unsigned`: whether
+    some figure of conditioning is as large on either side of a singularity. `triples`: angles that
+    are not defined everywhere. `watched`: what continuity is asked of, unknowns and angles.
+    """
+
+    outputs: Outputs
+    reported: int
+    found: IndexArray
+    unknowns: IndexArray
+    units: FloatArray
+    angles: IndexArray
+    unsigned: bool
+    triples: tuple[Triple, ...]
+    watched: Watched
+
+
+class Watched(NamedTuple):
+    """Rows of coordinates, their units, which of them are solved for and which are angles known but
+    for full turns (the rest are read off), and home's values of these, about which they are told.
+    """
+
+    rows: IndexArray
+    units: FloatArray
+    solved: BoolArray
+    turning: BoolArray
+    centres: FloatArray
+
+
+def converged(out: FloatArray, layout: Layout) -> BoolArray:
+    """Which samples are closed and well conditioned."""
+    closed = out[layout.outputs.residual] <= RESIDUAL * out[layout.outputs.size]
+    good: BoolArray = closed & (out[layout.outputs.conditioning] >= SINGULAR)
+    return good
+
+
+def classify(out: FloatArray, layout: Layout) -> StatusArray:
+    """A status per sample from its residual and conditioning; of NaN, both are made NaN."""
+    residual, conditioning = out[layout.outputs.residual], out[layout.outputs.conditioning]
+    closed = residual <= RESIDUAL * out[layout.outputs.size]
+    status = np.zeros(out.shape[1], dtype=np.int8)
+    if closed.all() and conditioning.min(initial=1.0) >= SINGULAR:
+        return status
+    conditioning[np.isnan(residual)] = np.nan
+    status[~(conditioning >= SINGULAR)] = Status.SINGULAR
+    status[conditioning < -SINGULAR] = Status.BRANCH_CHANGE
+    status[~closed] = Status.ITERATION_LIMIT
+    status[np.isnan(residual)] = Status.OUT_OF_REACH
+    return status
+
+
+def blank_undefined(out: FloatArray, layout: Layout) -> BoolArray:
+    """Make angles NaN where they are not defined, with their rates. Returns which samples (n,)."""
+    found = np.zeros(out.shape[1], dtype=bool)
+    for rows, second, same in layout.triples:
+        if not same and np.abs(out[second]).max(initial=0.0) < _UPRIGHT:
+            continue
+        with np.errstate(invalid="ignore"):
+            told = np.sin(out[second]) if same else np.cos(out[second])
+        for order in range(len(layout.found)):
+            undefined = np.abs(told) < LOCKED[order]
+            if undefined.any():
+                found |= undefined
+                out[np.ix_(layout.outputs.derivative(rows, order), undefined)] = np.nan
+    return found

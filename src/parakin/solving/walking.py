@@ -1,0 +1,255 @@
+"""From guesses to poses: iteration on a batch, and the walk from home to many poses at once."""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+
+from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
+from parakin.kernel.pose import newton_unknowns
+from parakin.kinematics.assembly import Configuration
+from parakin.solving.charts import Chart
+from parakin.solving.continuity import ASIDE, follows, stays_clear
+from parakin.solving.status import (
+    RESIDUAL,
+    Layout,
+    Status,
+    classify,
+    converged,
+)
+
+CLOSED = 0.01 * RESIDUAL  # what is aimed at by the first steps
+_REPEATS = 12  # runs of a kernel (a few Newton steps each) before giving up
+_HALVINGS = 14
+_SHORT = 1e-4  # of a unit: a way no longer than this is all but none
+FIRM = 1e-3  # of what it is at home: how firmly loops hold a pose that is not singular
+_SERVES = 0.3  # figure that a chart must have where it takes over
+_SAME = 1e-9  # radians and characteristic lengths between a pose on one chart and on the next
+_TO_THE_SIDE = 1e-3  # of a unit
+_TOLD = 1e-12  # conditioning below this has no sign
+_ATTEMPTS = 500  # steps of all sizes on one way before giving up
+
+
+class State(NamedTuple):
+    """A pose: driven values (orders, k), iterated coordinates (orders, m), each with as many
+    derivatives as the kernel knows.
+    """
+
+    driven: FloatArray
+    found: FloatArray
+
+
+def iterate(
+    chart: Chart, driven: FloatArray, guess: FloatArray, *, parallel: bool = False
+) -> FloatArray:
+    """A batch from guesses, repeated while that may help.
+
+    driven (orders k, n): positions and derivatives; guess (m, n). What does not close at once has
+    been thrown far, and the last digit may decide where to; machine code rounds by what else is in
+    a vector. So it begins anew with a vector to itself.
+    """
+    layout = chart.layout
+    inputs = np.ascontiguousarray(np.concatenate([driven, guess]))
+    out = chart.run(inputs, parallel=parallel)
+    open_ = np.flatnonzero(~(out[layout.outputs.residual] <= CLOSED * out[layout.outputs.size]))
+    if not len(open_):
+        return out
+    again, known = inputs[:, open_], len(driven)
+    for repeat in range(_REPEATS):
+        found = chart.run(again.repeat(chart.lanes, axis=1))[:, :: chart.lanes]
+        out[:, open_] = found
+        # A step or two beyond what is needed reaches round-off, and costs little.
+        wanted = CLOSED if repeat < 2 else RESIDUAL
+        closed = found[layout.outputs.residual] <= wanted * found[layout.outputs.size]
+        kept = ~closed & _hopeful(found, layout)
+        if not kept.any():
+            break
+        open_, again = open_[kept], again[:, kept]
+        again[known:] = found[layout.found[0]][:, kept]
+    return out
+
+
+def _hopeful(out: FloatArray, layout: Layout) -> BoolArray:
+    """Whether another step may help: the iteration is finite, and it moves while what follows
+    from it is still out of reach.
+    """
+    finite = np.isfinite(out[layout.found[0]]).all(axis=0)
+    settled = np.isnan(out[layout.outputs.residual]) & ~(out[layout.outputs.step] > 1e-10)
+    hopeful: BoolArray = finite & ~settled
+    return hopeful
+
+
+def taken_over(chart: Chart, driven: FloatArray, before: Configuration) -> FloatArray | None:
+    """Outputs (rows, 1) on this chart of a pose found on another one, if it serves there and the
+    mechanism stands the same. driven (orders, k, 1).
+    """
+    out = _standing_at(chart, driven, before)
+    serves = converged(out, chart.layout)[0] and out[chart.outputs.conditioning, 0] > _SERVES
+    return out if serves and _same(chart, driven, out, before) else None
+
+
+def conditioning_beside(
+    chart: Chart, other: Chart, driven: FloatArray, found: FloatArray, units: FloatArray
+) -> float:
+    """What a chart says a little to the side of a pose (k driven in `units`, orders (orders, k, 1))
+    where it is singular and another is not, which has `found` it: on which branch that is. NaN if
+    the two nowhere stand the same.
+    """
+    best = np.nan
+    for row, way in itertools.product(range(driven.shape[1]), (_TO_THE_SIDE, -_TO_THE_SIDE)):
+        moved = np.zeros_like(driven)
+        moved[0] = driven[0]
+        moved[0, row] += way * units[row]
+        out = iterate(other, moved.reshape(-1, 1), found[other.layout.found[0]])
+        if not converged(out, other.layout)[0]:
+            continue
+        at = other.configuration(moved[0, :, 0], out[:, 0])
+        mine = _standing_at(chart, moved, at)
+        figure = float(mine[chart.outputs.conditioning, 0])
+        if abs(figure) > _TOLD and not abs(figure) <= abs(best) and _same(chart, moved, mine, at):
+            best = figure
+    return best
+
+
+def _standing_at(chart: Chart, driven: FloatArray, at: Configuration) -> FloatArray:
+    """Outputs (rows, 1) for driven values (orders, k, 1), from a configuration as the guess."""
+    plan, q = chart.plan, chart.coordinates_at(at)
+    guess = np.array([[q[k] - plan.offset(k)] for k in newton_unknowns(plan)]).reshape(-1, 1)
+    return iterate(chart, driven.reshape(-1, 1), guess)
+
+
+def _same(chart: Chart, driven: FloatArray, out: FloatArray, at: Configuration) -> bool:
+    """Whether the mechanism stands as in a configuration of another chart; NaN does not."""
+    return _apart(at, chart.configuration(driven[0, :, 0], out[:, 0])) < _SAME
+
+
+def _apart(one: Configuration, other: Configuration) -> float:
+    """How far the bodies of a mechanism are from where they are in another configuration."""
+    length, worst = one.circuits.graph.length, 0.0
+    for body in range(len(one.circuits.graph.plain.bodies)):
+        here, there = one.circuits.pose(body), other.circuits.pose(body)
+        places, turns = np.subtract(here.p, there.p), np.subtract(here.R, there.R)
+        worst = max(worst, float(np.abs(places).max()) / length, float(np.abs(turns).max()))
+    return worst
+
+
+def walk(
+    chart: Chart, begin: State, goal: FloatArray, units: FloatArray
+) -> tuple[FloatArray, StatusArray]:
+    """From one state to many poses `goal` (k, n), each straight and in its own steps, all at once.
+
+    Takes a chart with two derivatives, by which each step is foretold and judged; in those
+    returned driven coordinates move at `goal` less where they began. units (k,): of these.
+    """
+    with np.errstate(all="ignore"):  # goals beyond all numbers are flagged like any out of reach
+        return _walked(chart, begin, goal, units)
+
+
+def _walked(
+    chart: Chart, begin: State, goal: FloatArray, units: FloatArray
+) -> tuple[FloatArray, StatusArray]:
+    n, k = goal.shape[1], len(goal)
+    layout = chart.layout
+    orders, figure = layout.outputs.motion, layout.outputs.unsigned
+    start = begin.driven[0][:, None]
+    way = goal - start
+    pace = np.abs(way / units[:, None]).max(axis=0, initial=_SHORT)
+    bulk = np.abs(goal / units[:, None]).max(axis=0, initial=0.0)
+    everywhere = np.arange(n)
+    driven = np.zeros((len(layout.found), k, n))
+    driven[1] = way
+
+    def at(part: FloatArray, guess: FloatArray, chosen: IndexArray) -> FloatArray:
+        columns = driven if chosen is everywhere else driven[:, :, chosen]
+        np.multiply(columns[1], part, out=columns[0])
+        columns[0] += start
+        return iterate(chart, columns.reshape(len(layout.found) * k, -1), guess)
+
+    home, begun = _set_off(chart, begin, way)
+    out, verdicts = home.repeat(n, axis=1), classify(home, layout).repeat(n)
+    part, size, going, clear = np.zeros(n), np.ones(n), everywhere, out[figure]
+    if verdicts.any():
+        return out, verdicts
+    for _ in range(_ATTEMPTS):
+        if not len(going):
+            return out, verdicts
+        target = np.minimum(part[going] + size[going], 1.0)
+        h = target - part[going]
+        x, v, a = begun
+        found = at(target, x + h * (v + 0.5 * h * a), going)
+        verdict = classify(found, layout)
+        digits = chart.grip * found[layout.outputs.conditioning]
+        ended = found[orders].reshape(begun.shape)
+        smooth = np.logical_and.reduce(
+            follows(h, begun, ended, pace[going], layout.units, digits, bulk[going])
+        )
+        if layout.unsigned:
+            aside = ASIDE * h
+            sides = ((part[going], begun, aside), (target, ended, -aside))
+            near = [at(place + on, x + on * v, going)[figure] for place, (x, v, _), on in sides]
+            smooth &= stays_clear(h, clear, found[figure], *near)
+        verdict[(verdict == Status.CONVERGED) & ~smooth] = Status.BRANCH_CHANGE
+        good = verdict == Status.CONVERGED
+        there = good & (target == 1.0)
+        if there.all() and going is everywhere:
+            return found, verdict
+        size[going] *= np.where(good, 2.0, 0.5)
+        stuck = ~good & (size[going] < 0.5**_HALVINGS)
+        if stuck.any():
+            unclear = (verdict == Status.ITERATION_LIMIT) | (verdict == Status.BRANCH_CHANGE)
+            verdict[stuck & unclear] = Status.NOT_REACHED
+        part[going] = np.where(good, target, part[going])
+        back = np.flatnonzero(~good)  # what is stuck stays where it got to
+        found[:, back] = out[:, going[back]]
+        ended[:, :, back] = begun[:, :, back]
+        if going is everywhere:
+            out, verdicts = found, verdict
+        else:
+            out[:, going], verdicts[going] = found, verdict
+        on = np.flatnonzero(~(there | stuck))
+        going, begun, clear = going[on], ended[:, :, on], found[figure, on]
+    verdicts[going] = Status.NOT_REACHED
+    return out, verdicts
+
+
+def _set_off(chart: Chart, begin: State, way: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Outputs (rows, 1) where many ways (k, n) begin, and how what is found there sets off on each,
+    covering it in one second: position, velocity and acceleration (3, m, n).
+
+    Velocities are linear in those driven and accelerations quadratic.
+    """
+    layout, k = chart.layout, len(way)
+    pairs = [(i, j) for i in range(k) for j in range(i, k)]
+    driven = np.zeros((len(layout.found), k, 1 + len(pairs)))
+    driven[0] = begin.driven[0][:, None]
+    for column, (i, j) in enumerate(pairs, 1):
+        driven[1, i, column] = driven[1, j, column] = 1.0
+    guess = begin.found[0][:, None].repeat(1 + len(pairs), axis=1)
+    home = iterate(chart, driven.reshape(len(layout.found) * k, -1), guess)
+    x, velocity, acceleration = home[layout.outputs.motion].reshape(3, -1, 1 + len(pairs))[:, :, 1:]
+    alone = [column for column, (i, j) in enumerate(pairs) if i == j]
+    second = acceleration.copy()
+    for column, (i, j) in enumerate(pairs):
+        if i != j:
+            second[:, column] -= acceleration[:, alone[i]] + acceleration[:, alone[j]]
+    products = np.empty((len(pairs), way.shape[1]))
+    for product, (i, j) in zip(products, pairs, strict=True):
+        np.multiply(way[i], way[j], out=product)
+    begun = np.empty((3, len(x), way.shape[1]))
+    begun[0] = x[:, :1]
+    begun[1] = _weighted(velocity[:, alone], way)
+    begun[2] = _weighted(second, products)
+    return home[:, :1], begun
+
+
+def _weighted(weights: FloatArray, columns: FloatArray) -> FloatArray:
+    """The product of weights (m, k) and columns (k, n), each column rounded as in any other batch,
+    where a matrix product rounds by the shape of the whole. (Of one column alone einsum sums
+    otherwise too.)
+    """
+    n = columns.shape[1]
+    wide = columns if n > 1 else columns.repeat(2, axis=1)
+    total: FloatArray = np.einsum("mk,kn->mn", weights, wide)
+    return total[:, :n]

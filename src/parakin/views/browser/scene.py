@@ -1,0 +1,221 @@
+"""A mechanism in a viser scene. It places bodies, and knows no time and no equations."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from parakin.arrays import FloatArray
+from parakin.views.solids.drawing import COLOURS, Drawing
+from parakin.views.solids.shapes import Bar, Mesh, joined, mesh
+
+_ROOT = "/mechanism"  # bodies are below it, and what no body can be called, by a dot
+_ROD = (150, 158, 168)
+
+
+@dataclass
+class Scene:
+    """The nodes of one mechanism in one scene (viser's `SceneApi`).
+
+    meshes: shapes of bodies by name, in the body's frame; they replace what would be drawn.
+    """
+
+    api: Any
+    drawing: Drawing
+    meshes: Mapping[str, Mesh] = field(default_factory=dict)
+    bodies: list[Any] = field(init=False)
+    _rods: list[Any] = field(init=False)
+    _joints: dict[int, list[tuple[Any, tuple[int, int, int]]]] = field(init=False)
+    _labels: list[Any] = field(init=False)
+    _lit: frozenset[int] = frozenset()
+
+    def __post_init__(self) -> None:
+        graph, size = self.drawing.layout.graph, self.drawing.layout.size
+        self._solids = [mesh(piece.form) for piece in self.drawing.pieces]
+        self._root = self.api.add_frame(_ROOT, show_axes=False)
+        self.bodies, self._rods, self._joints, self._labels = [], [], {}, []
+        for name, (R, p) in zip(graph.bodies, self.drawing.layout.poses, strict=True):
+            frame = self.api.add_frame(
+                self._node(name),
+                show_axes=False,
+                axes_length=0.12 * size,
+                axes_radius=0.004 * size,
+                origin_radius=0.008 * size,
+                position=p,
+                wxyz=_quaternion(R),
+            )
+            self.bodies.append(frame)
+        self._add_bodies()
+        self._add_joints()
+        self._add_rods()
+        view = self.drawing.view
+        self.trace_node: Any = None
+        self._floor(view.up)
+
+    def _node(self, body: str, part: str = "") -> str:
+        return f"{_ROOT}/{body}/{part}" if part else f"{_ROOT}/{body}"
+
+    def _add_bodies(self) -> None:
+        graph = self.drawing.layout.graph
+        for body, name in enumerate(graph.bodies):
+            parts: dict[str, list[Mesh]] = {}
+            shape = self.meshes.get(name)
+            if shape is not None:
+                parts["mesh"] = [shape]
+            for piece, solid in zip(self.drawing.pieces, self._solids, strict=True):
+                if piece.body == body and piece.joint is None and shape is None:
+                    parts.setdefault(piece.part, []).append(solid)
+            for part, solids in parts.items():
+                colour = COLOURS.get(part, COLOURS["link"])
+                self._mesh(self._node(name, part), joined(solids), colour)
+            label = self.api.add_label(self._node(name, "name"), name, visible=False)
+            self._labels.append(label)
+        for name, (body, p) in graph.points.items():
+            body_name = graph.bodies[body]
+            point = name.removeprefix(f"{body_name}.")
+            node = self._node(body_name, f"point {point}")
+            self._labels.append(self.api.add_label(node, point, position=p, visible=False))
+
+    def _add_joints(self) -> None:
+        graph = self.drawing.layout.graph
+        named: set[int] = set()
+        for k, piece in enumerate(self.drawing.pieces):
+            if piece.joint is None or graph.bodies[piece.body] in self.meshes:
+                continue
+            joint, body = graph.joints[piece.joint], graph.bodies[piece.body]
+            colour = self.drawing.colour(piece)
+            node = self._mesh(self._node(body, f"joint {joint.name} {k}"), self._solids[k], colour)
+            self._joints.setdefault(piece.joint, []).append((node, colour))
+            if piece.joint not in named:
+                named.add(piece.joint)
+                place = joint.F if piece.body == joint.parent else joint.M
+                node = self._node(body, f"joint {joint.name} name")
+                label = self.api.add_label(node, joint.name, position=place.p, visible=False)
+                self._labels.append(label)
+
+    def _add_rods(self) -> None:
+        for rod in self.drawing.rods:
+            start, end = (
+                self.drawing.layout.world(rod.parent, rod.start)[0],
+                self.drawing.layout.world(rod.child, rod.end)[0],
+            )
+            along = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, float(np.linalg.norm(end - start))]])
+            name = self.drawing.layout.graph.joints[rod.joint].name
+            node = self._mesh(f"{_ROOT}/.rod {name}", mesh(Bar(along, rod.radius)), _ROD)
+            self._joints.setdefault(rod.joint, []).append((node, _ROD))
+            self._rods.append(node)
+        self._place_rods(
+            np.array([p for _, p in self.drawing.layout.poses]),
+            np.array([_quaternion(R) for R, _ in self.drawing.layout.poses]),
+        )
+
+    def _mesh(self, name: str, solid: Mesh, colour: tuple[int, int, int]) -> Any:
+        return self.api.add_mesh_simple(
+            name, solid.vertices, solid.faces, color=colour, flat_shading=False, side="double"
+        )
+
+    def _floor(self, up: FloatArray) -> None:
+        """A grid under everything, square to what is up."""
+        view, size = self.drawing.view, self.drawing.layout.size
+        below = min(
+            float((self.drawing.layout.world(piece.body, solid.vertices) @ up).min())
+            for piece, solid in zip(self.drawing.pieces, self._solids, strict=True)
+        )
+        cell = 10.0 ** np.floor(np.log10(size / 4))
+        axis = int(np.argmax(np.abs(up)))
+        self.api.add_grid(
+            f"{_ROOT}/.floor",
+            width=40 * cell,
+            height=40 * cell,
+            cell_size=cell,
+            section_size=5 * cell,
+            plane=("yz", "xz", "xy")[axis],
+            position=view.middle + (below - 0.02 * size - view.middle @ up) * up,
+        )
+
+    def place(self, position: FloatArray, wxyz: FloatArray) -> None:
+        """Set all bodies but the base, as a Dataset has them: (bodies, 3) [m], (bodies, 4)."""
+        for handle, p, turn in zip(self.bodies[1:], position, wxyz, strict=True):
+            handle.position = p
+            handle.wxyz = turn
+        if self._rods:
+            home = np.array([[1.0, 0.0, 0.0, 0.0]])
+            self._place_rods(
+                np.concatenate([np.zeros((1, 3)), position]), np.concatenate([home, wxyz])
+            )
+
+    def _place_rods(self, position: FloatArray, wxyz: FloatArray) -> None:
+        for node, rod in zip(self._rods, self.drawing.rods, strict=True):
+            start = position[rod.parent] + _turned(wxyz[rod.parent], rod.start)
+            end = position[rod.child] + _turned(wxyz[rod.child], rod.end)
+            node.position = start
+            node.wxyz = _from_z((end - start) / np.linalg.norm(end - start))
+
+    def light(self, joints: Collection[int]) -> None:
+        """Show which joints stop the mechanism; none of them when empty."""
+        lit = frozenset(joints)
+        for number in lit ^ self._lit:
+            for node, colour in self._joints.get(number, ()):
+                node.color = COLOURS["offending"] if number in lit else colour
+        self._lit = lit
+
+    def show_frames(self, shown: bool) -> None:
+        """The axes of every body."""
+        for handle in self.bodies:
+            handle.show_axes = shown
+
+    def show_names(self, shown: bool) -> None:
+        """Names of bodies, joints and points."""
+        for label in self._labels:
+            label.visible = shown
+
+    def trace(self, points: FloatArray) -> None:
+        """A line along points (n, 3), in place of the one before; none where n < 2."""
+        if self.trace_node is not None:
+            self.trace_node.remove()
+            self.trace_node = None
+        points = points[np.isfinite(points).all(axis=1)]
+        if len(points) > 1:
+            pairs = np.stack([points[:-1], points[1:]], axis=1).astype(np.float32)
+            self.trace_node = self.api.add_line_segments(
+                f"{_ROOT}/.trace",
+                pairs,
+                colors=(200, 30, 120),
+                thickness=2.0,
+                thickness_units="screen",
+            )
+
+    def remove(self) -> None:
+        """Take everything out of the scene."""
+        self._root.remove()
+
+
+def _quaternion(R: FloatArray) -> FloatArray:
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_matrix(R).as_quat(scalar_first=True))
+
+
+def _turned(wxyz: FloatArray, p: FloatArray) -> FloatArray:
+    w, v = wxyz[0], wxyz[1:]
+    across = 2.0 * _cross(v, p)
+    return np.asarray(p + w * across + _cross(v, across))
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """As np.cross, which for single vectors takes longer than all the rest."""
+    return np.array(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )
+
+
+def _from_z(direction: FloatArray) -> FloatArray:
+    """The shortest turn from z to a unit vector, as a quaternion wxyz."""
+    x, y, z = direction.tolist()
+    if z < -1 + 1e-12:
+        return np.array([0.0, 1.0, 0.0, 0.0])
+    turn = np.array([1.0 + z, -y, x, 0.0])
+    return np.asarray(turn / np.sqrt(2.0 * (1.0 + z)))

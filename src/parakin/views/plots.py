@@ -1,0 +1,142 @@
+"""Figures of results: time histories, one row per quantity, in SI with the source's symbols."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from parakin.arrays import ORDERS
+from parakin.errors import InputError
+from parakin.files.writing import check_suffix, replacing
+from parakin.solving.status import Status
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
+
+SUFFIXES = (".png", ".svg", ".pdf")
+_DASHES = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)))
+# Okabe and Ito's colours: told apart by colour-blind readers, and in grey by their dashes.
+_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+_POINTS = 20_000  # more than a printer resolves
+
+
+def check_figure(path: Path) -> None:
+    """Raises InputError where the suffix is not one for figures, or matplotlib is missing."""
+    check_suffix(path, SUFFIXES, {"matplotlib": "matplotlib"}, "plot")
+
+
+def histories(
+    ds: xr.Dataset,
+    coordinates: Sequence[str] | None = None,
+    symbols: Mapping[str, str] | None = None,
+    orders: Sequence[str] | None = None,
+    title: str = "",
+) -> Figure:
+    """Position, velocity, acceleration and, where the result has it, jerk over time.
+
+    coordinates: the actuated ones by default, or all where none is. orders: some of these
+    quantities. Lengths and angles (in
+    degrees) get a column each. symbols: by coordinate, as mathtext without the dollar signs.
+    Flagged samples are left out of the lines and shaded.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    orders = orders or [order for order in ORDERS if order in ds]
+    names = list(coordinates) if coordinates is not None else _default(ds)
+    columns = _columns(ds, names)
+    style: dict[Any, Any] = {
+        "font.size": 9,
+        "svg.fonttype": "none",
+        "pdf.fonttype": 42,
+        "axes.linewidth": 0.6,
+    }
+    with mpl.rc_context(style):
+        figure = Figure(
+            figsize=(4.6 * len(columns) + 0.8, 1.9 * len(orders) + 0.6), layout="constrained"
+        )
+        draw_histories(figure, ds, names, symbols, orders)
+        if title:
+            figure.suptitle(title, fontsize=10, parse_math=False)
+    return figure
+
+
+def draw_histories(
+    figure: Figure | SubFigure,
+    ds: xr.Dataset,
+    coordinates: Sequence[str] | None = None,
+    symbols: Mapping[str, str] | None = None,
+    orders: Sequence[str] | None = None,
+) -> None:
+    """The same into a figure, or a part of one."""
+    orders = orders or [order for order in ORDERS if order in ds]
+    columns = _columns(ds, list(coordinates) if coordinates is not None else _default(ds))
+    grid = figure.subplots(len(orders), len(columns), sharex=True, squeeze=False)
+    for column, (unit, group) in zip(grid.T, columns, strict=True):
+        for axes, order in zip(column, orders, strict=True):
+            _draw(axes, ds, group, order, unit, symbols or {})
+        column[0].legend(
+            loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False, fontsize=9
+        )
+        column[-1].set_xlabel("time  $t$ [s]")
+
+
+def _columns(ds: xr.Dataset, names: Sequence[str]) -> list[tuple[str, list[str]]]:
+    """Lengths and angles apart: unit, and names."""
+    units = dict(zip(ds["coordinate"].values.tolist(), ds["unit"].values.tolist(), strict=True))
+    groups = [(unit, [n for n in names if units[n] == unit]) for unit in ("m", "rad")]
+    return [(unit, group) for unit, group in groups if group]
+
+
+def _default(ds: xr.Dataset) -> list[str]:
+    names = ds["coordinate"].values
+    actuated = names[ds["actuated"].values].tolist()
+    return list(actuated or names.tolist())
+
+
+def _draw(
+    axes: Axes,
+    ds: xr.Dataset,
+    names: Sequence[str],
+    order: str,
+    unit: str,
+    symbols: Mapping[str, str],
+) -> None:
+    stride = max(1, -(-ds.sizes["time"] // _POINTS))
+    time = ds["time"].values[::stride]
+    values = ds[order].sel(coordinate=list(names)).values[::stride]
+    values = np.degrees(values) if unit == "rad" else values
+    for k, name in enumerate(names):
+        axes.plot(
+            time,
+            values[:, k],
+            color=_COLOURS[k % len(_COLOURS)],
+            linestyle=_DASHES[k // len(_COLOURS) + k % 3 if k < 3 else k % len(_DASHES)],
+            linewidth=1.2,
+            label=f"${symbols[name]}$" if name in symbols else name,
+        )
+    shown = "deg" if unit == "rad" else "m"
+    over = ("", "/s", "/s²", "/s³")[ORDERS.index(order)]
+    axes.set_ylabel(f"{order} [{shown}{over}]")
+    axes.grid(visible=True, linewidth=0.3, color="0.8")
+    axes.margins(x=0)
+    axes.axhline(0.0, color="0.5", linewidth=0.5, zorder=0)
+    bad = ds["time"].values[ds["status"].values != Status.CONVERGED]
+    if len(bad):
+        axes.axvspan(float(bad[0]), float(bad[-1]), color="#D55E00", alpha=0.12, linewidth=0)
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure, PNG at 200 dots an inch, or as vectors. Raises InputError."""
+    check_figure(path)
+    try:
+        with replacing(path) as temporary:
+            figure.savefig(temporary, dpi=200)
+    except ValueError as error:  # mathtext that does not parse
+        found = " ".join(str(error).split())[:120]
+        raise InputError("symbols", found, "symbols in mathtext, such as λ_{21}^A") from None

@@ -1,0 +1,347 @@
+"""A page about a motion that can be sent and printed: one HTML file that needs no other.
+
+What comes from a mechanism's file is escaped, titles and names alike; the figures are SVG in the
+page itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from html import escape
+from importlib import resources
+from pathlib import Path
+from string import Template
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from parakin.analysis.mobility import mobility
+from parakin.analysis.singularities import Closeness, singularities
+from parakin.errors import InputError
+from parakin.files.writing import check_suffix, replacing
+from parakin.kinematics.assembly import assembled
+from parakin.solving.solver import Solver
+from parakin.version import __version__
+from parakin.views.curves import (
+    Peaks,
+    coordinate_curves,
+    driven_curves,
+    inline_svg,
+    quality_curves,
+    scale_of,
+)
+from parakin.views.scheme.dimensioning import parameters
+from parakin.views.scheme.scheme import scheme
+from parakin.views.text import Extremes, flag_words, mobility_lines, singularity_lines
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from rich.text import Text
+
+    from parakin.motion.motion import Motion
+
+SUFFIXES = (".html", ".htm")
+_TONES = {"bold red": "bad", "bold yellow": "warn"}
+_NO_LIMITS = '<p class="soft">The mechanism\'s file gives no limits for these.</p>'
+_CONES = '<p class="soft">A cone angle is that between the two axes of a spherical joint.</p>'
+_MANY = 12  # rows: a longer table may break between pages
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A motion and what came of it: `picture` is the result, thinned where it is long, `found`
+    and `peaks` are of all its samples.
+    """
+
+    solver: Solver
+    motion: Motion
+    picture: xr.Dataset
+    found: Extremes
+    peaks: Peaks
+
+
+def check_report(path: Path) -> None:
+    """Raises InputError where the suffix is not one for pages, or matplotlib is missing."""
+    check_suffix(path, SUFFIXES, {"matplotlib": "matplotlib"}, "plot")
+
+
+def write(text: str, path: Path) -> None:
+    """Write a page. Raises InputError."""
+    check_report(path)
+    with replacing(path) as temporary:
+        temporary.write_text(text, "utf-8", newline="\n")
+
+
+def report(solved: Solved, command: str, made: datetime) -> str:
+    """The page's HTML. command: what made it, as it was typed."""
+    mechanism = solved.solver.mechanism
+    template = Template((resources.files("parakin.views") / "page.html").read_text("utf-8"))
+    closeness, reason = _closeness(solved)
+    body = [
+        _section("Scheme", _scheme(solved.solver), _notes(mechanism.notes)),
+        _section("Dimensions", _dimensions(solved.solver)),
+        _section("Mobility", _mobility(solved.solver)),
+        _section("Motion", _motion(solved)),
+        _section("Actuated coordinates", *_actuated(solved)),
+        _section("Platform and passive joints", _passive(solved)),
+        _section("Conditioning and residuals", *_quality(solved, closeness, reason)),
+    ]
+    return template.substitute(
+        version=escape(__version__),
+        name=escape(mechanism.name),
+        motion=escape(solved.motion.name),
+        title=escape(mechanism.title or mechanism.name),
+        source=escape(mechanism.source),
+        verdict=_verdict(solved),
+        body="\n".join(body),
+        origin=_origin(solved, command, made),
+    )
+
+
+def _section(heading: str, *parts: str) -> str:
+    return f"<section>\n<h2>{escape(heading)}</h2>\n" + "\n".join(parts) + "\n</section>"
+
+
+def _figure(svg: str, caption: str) -> str:
+    return f"<figure>{svg}<figcaption>{escape(caption)}</figcaption></figure>"
+
+
+def _table(headings: Sequence[str], rows: Sequence[Sequence[str]], kind: str = "") -> str:
+    """A table of cells that are HTML already; columns of nothing are left out."""
+    full = [k for k in range(len(headings)) if any(row[k] for row in rows)]
+    headings, rows = [headings[k] for k in full], [[row[k] for k in full] for row in rows]
+    lines = [f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows]
+    head = "".join(f"<th>{escape(heading)}</th>" for heading in headings)
+    short = f' class="{kind}{" short" if len(lines) <= _MANY else ""}"'
+    return (
+        f'<div class="scroll"><table{short}><thead><tr>{head}</tr></thead>\n<tbody>\n'
+        + "\n".join(lines)
+        + "\n</tbody></table></div>"
+    )
+
+
+def _lines(lines: Iterable[Text]) -> str:
+    """Lines meant for a terminal, theirs the tone."""
+    items = []
+    for line in lines:
+        tone = _TONES.get(str(line.style), "")
+        mark = f' class="{tone}"' if tone else ""
+        items.append(f"<li{mark}>{escape(line.plain.strip())}</li>")
+    return f"<ul>\n{''.join(items)}\n</ul>"
+
+
+# ---- what is at the top and at the bottom
+
+
+def _verdict(solved: Solved) -> str:
+    flagged = flag_words(solved.found)
+    if flagged:
+        return (
+            f'<div class="verdict bad" role="alert"><p>Not all of this motion is solved or within '
+            f"limits.</p><p>{solved.found.samples:,} samples, {escape(flagged)}</p></div>"
+        )
+    limited = [n for n in solved.peaks.coordinates if np.isfinite(_limits(solved, n)).any()]
+    kept = (
+        f"within the limits of all {len(limited)} coordinates that have some"
+        if limited
+        else "the mechanism's file gives no limits"
+    )
+    return (
+        f'<div class="verdict">All {solved.found.samples:,} samples are solved, {kept}; worst '
+        f"residual {solved.found.residual:.1e} m, least conditioning "
+        f"{solved.found.conditioning:.3f}.</div>"
+    )
+
+
+def _origin(solved: Solved, command: str, made: datetime) -> str:
+    mechanism = solved.solver.mechanism
+    how = "machine code" if solved.solver.machine_code else "NumPy"
+    rows = [
+        ("command", f"<code>{escape(command)}</code>"),
+        ("mechanism", escape(mechanism.where)),
+        ("motion", escape(solved.motion.name)),
+        ("parakin", f"{escape(__version__)}, {how}"),
+        ("made", escape(made.isoformat(" ", "seconds"))),
+    ]
+    cells = [f'<tr><td>{a}</td><td class="left wrap">{b}</td></tr>' for a, b in rows]
+    return f'<table class="short"><tbody>{"".join(cells)}</tbody></table>'
+
+
+# ---- the mechanism
+
+
+def _scheme(solver: Solver) -> str:
+    figure = scheme(solver.graph, table=False)
+    label = "Kinematic scheme"
+    return _figure(inline_svg(figure, "scheme", label), f"{label} at home; orange: actuated.")
+
+
+def _notes(notes: str) -> str:
+    return f'<p class="soft notes">{escape(notes.strip())}</p>' if notes.strip() else ""
+
+
+def _dimensions(solver: Solver) -> str:
+    known = parameters(solver.mechanism)
+    if not known:
+        return "<p>The mechanism's file names no parameters.</p>"
+    rows = [(escape(p.name), escape(p.value), escape(p.said)) for p in known]
+    half = -(-len(rows) // 2)
+    pairs = [
+        (*row, *(rows[half + k] if half + k < len(rows) else ("", "", "")))
+        for k, row in enumerate(rows[:half])
+    ]
+    return _table(("name", "value", "as given") * 2, pairs, "paired")
+
+
+def _mobility(solver: Solver) -> str:
+    graph = solver.graph
+    found = mobility(graph, assembled(graph), len(graph.mechanism.driven))
+    return _lines(mobility_lines(graph, found)[1:])  # the section has the heading
+
+
+# ---- the motion
+
+
+def _motion(solved: Solved) -> str:
+    motion, found = solved.motion, solved.found
+    title = str(solved.solver.mechanism.motions.get(motion.name, {}).get("title", ""))
+    first, last = (float(motion.window(i, i + 1).time[0]) for i in (0, max(motion.count - 1, 0)))
+    angles = {c.name: c.angle for c in solved.solver.graph.coordinates}
+    said = f"{motion.name}: {title}" if title else motion.name
+    driven = ", ".join(motion.coordinates)
+    return (
+        f"<p><strong>{escape(said)}</strong></p>\n"
+        f"<p>{last - first:.6g} s, {found.samples:,} samples; driven: {escape(driven)}; velocity "
+        f"and acceleration: {escape(motion.derivatives)}.</p>\n"
+        + _figure(
+            inline_svg(driven_curves(motion, angles), "driven", "Driven coordinates over time"),
+            "What is demanded of the driven coordinates.",
+        )
+    )
+
+
+def _limits(solved: Solved, name: str) -> tuple[float, float]:
+    return solved.solver.graph.limits(name)
+
+
+def _is_angle(solved: Solved, name: str) -> bool:
+    return str(solved.picture["unit"].sel(coordinate=name).item()) == "rad"
+
+
+def _actuated(solved: Solved) -> list[str]:
+    """Table and curves of what motors move, or, without motors, of what is driven."""
+    picture = solved.picture
+    names = picture["coordinate"].values[picture["actuated"].values].tolist()
+    parts = []
+    if not names:
+        names = list(solved.motion.coordinates)
+        parts.append("<p>The mechanism's file names no actuators: these are what is driven.</p>")
+    headings = ("coordinate", "least", "greatest", "stroke", "peak speed", "peak acceleration")
+    rows = [(*_travel(solved, n), *_peak_cells(solved, n), *_margin(solved, n)) for n in names]
+    parts.append(_table((*headings, "limits", "margin", "kept"), rows) + _unlimited(rows))
+    for k, name in enumerate(names):
+        figure = coordinate_curves(picture, name, solved.peaks, _limits(solved, name))
+        svg = inline_svg(figure, f"curve{k}", f"{escape(name)} over time")
+        parts.append(_figure(svg, name))
+    return parts
+
+
+def _passive(solved: Solved) -> str:
+    picture = solved.picture
+    named = picture["coordinate"].values[~picture["actuated"].values].tolist()
+    names = [n for n in named if not n.endswith(".cone")]
+    names += [n for n in named if n.endswith(".cone")]
+    rows = [(*_travel(solved, n), *_margin(solved, n)) for n in names]
+    headings = ("coordinate", "least", "greatest", "stroke", "limits", "margin", "kept")
+    cones = any(name.endswith(".cone") for name in names)
+    return _table(headings, rows) + _unlimited(rows) + _CONES * cones
+
+
+def _unlimited(rows: Sequence[Sequence[str]]) -> str:
+    return "" if any(row[-2] for row in rows) else _NO_LIMITS
+
+
+def _travel(solved: Solved, name: str) -> tuple[str, str, str, str]:
+    """Cells: a coordinate's name, its extremes with their times, and its stroke."""
+    found, k = solved.peaks, list(solved.peaks.coordinates).index(name)
+    scale, unit = scale_of(_is_angle(solved, name))
+    low, high = float(found.low[0, k]), float(found.high[0, k])
+    if not np.isfinite(low):
+        return escape(name), "nothing solved", "", ""
+    return (
+        escape(name),
+        _at(scale * low, unit, float(found.low_time[0, k])),
+        _at(scale * high, unit, float(found.high_time[0, k])),
+        _with(scale * (high - low), unit),
+    )
+
+
+def _peak_cells(solved: Solved, name: str) -> tuple[str, str]:
+    found, k = solved.peaks, list(solved.peaks.coordinates).index(name)
+    scale, unit = scale_of(_is_angle(solved, name))
+    cells = []
+    for order, over in ((1, "/s"), (2, "/s²")):
+        value, time = found.speed(order, k)
+        cells.append(_at(scale * value, unit + over, time) if np.isfinite(value) else "")
+    return cells[0], cells[1]
+
+
+def _with(value: float, unit: str) -> str:
+    return f"{value:z.3f}{'' if unit.startswith('°') else ' '}{unit}"
+
+
+def _at(value: float, unit: str, time: float) -> str:
+    return f"{_with(value, unit)}<small>at {time:.4g} s</small>"
+
+
+def _margin(solved: Solved, name: str) -> tuple[str, str, str]:
+    """Cells: a coordinate's limits, how far it stays from the nearer one, and the verdict."""
+    low, high = _limits(solved, name)
+    if not np.isfinite([low, high]).any():
+        return "", "", ""
+    k = list(solved.peaks.coordinates).index(name)
+    scale, unit = scale_of(_is_angle(solved, name))
+    ends = [f"{scale * limit:.6g}" if np.isfinite(limit) else "none" for limit in (low, high)]
+    shown = f"{ends[0]} .. {ends[1]}{'' if unit == '°' else ' '}{unit}"
+    reached = (float(solved.peaks.low[0, k]), float(solved.peaks.high[0, k]))
+    if not np.isfinite(reached[0]):
+        return shown, "", ""
+    margin = min(reached[0] - low, high - reached[1])
+    word = '<span class="good">ok</span>' if margin >= 0 else '<span class="bad">exceeded</span>'
+    return shown, _with(scale * margin, unit), word
+
+
+# ---- how well it is solved
+
+
+def _closeness(solved: Solved) -> tuple[Closeness | None, str]:
+    """How near the motion comes to singularities, or why that is not told."""
+    whole = solved.picture.sizes["time"] == solved.motion.count
+    try:
+        motion = solved.motion if whole else None
+        return singularities(solved.solver, solved.picture, motion), ""
+    except InputError as error:
+        return None, f"Types of singularity are not told apart: {error}"
+
+
+def _quality(solved: Solved, closeness: Closeness | None, reason: str) -> list[str]:
+    figure = quality_curves(solved.picture, closeness)
+    label = "Conditioning, closeness to singularities and residual over time"
+    parts = [_figure(inline_svg(figure, "quality", label), f"{label}.")]
+    parts.append(
+        f"<p>Worst residual {solved.found.residual:.1e} m, least conditioning "
+        f"{solved.found.conditioning:.3f}.</p>"
+    )
+    if closeness is None:
+        parts.append(f'<p class="soft">{escape(reason)}</p>')
+    else:
+        parts.append(_lines(singularity_lines(closeness)))
+    if solved.picture.sizes["time"] < solved.motion.count:
+        parts.append(
+            f'<p class="soft">Curves and closeness are of every '
+            f"{-(-solved.motion.count // solved.picture.sizes['time'])}th sample; extremes, "
+            "residuals and flags are of all.</p>"
+        )
+    return parts

@@ -1,0 +1,4 @@
+"""The kinematic scheme: symbols of ISO 3952, labels that make way, frames and dimensions.
+
+Works in points on a sheet. Knows a drawing of the mechanism at home, and no result.
+"""

@@ -1,0 +1,317 @@
+"""The kinematic scheme of a mechanism at home: ISO 3952 symbols, names, frames and dimensions.
+
+Everything is laid out on a sheet in points before anything is drawn, so that symbols, arrows and
+lettering keep their size whatever the mechanism's, and labels can make way for one another.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from parakin.arrays import FloatArray
+from parakin.files.writing import check_suffix, replacing
+from parakin.views.scheme import symbols
+from parakin.views.scheme.annotation import annotate
+from parakin.views.scheme.dimensioning import parameters
+from parakin.views.scheme.lettering import Label, width_of
+from parakin.views.scheme.sheet import (
+    DRIVEN,
+    FIXED,
+    INK,
+    STYLE,
+    WIDTH,
+    Sheet,
+    draw_arrow,
+    draw_line,
+    draw_stroke,
+    outline_of,
+    write,
+)
+from parakin.views.scheme.symbols import Stroke
+from parakin.views.solids.arrangement import SLIDES
+from parakin.views.solids.drawing import Drawing, Piece, drawing_of
+from parakin.views.solids.shapes import Bar, Block, Plate
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from parakin.model.graph import Graph
+
+SUFFIXES = (".svg", ".pdf", ".png")
+_ROW = 11.0  # of the table of parameters
+_FILL = {"driven": "#f6b26b", "passive": "white"}
+
+
+def scheme(graph: Graph, drawing: Drawing | None = None, *, table: bool = True) -> Figure:
+    """The scheme of a mechanism, with the table of its parameters below.
+
+    drawing: of the mechanism, if known. Raises AssemblyError.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    sheet = Sheet.of(drawing or drawing_of(graph))
+    with mpl.rc_context({**STYLE}):
+        rows = _table_rows(graph) if table else []
+        heading = _heading(graph) if table else []
+        above = sum(1.4 * size for _, size, _ in heading) + 8
+        below = _ROW * len(rows) + 8 * bool(rows)
+        total = sheet.height + above + below
+        figure = Figure(figsize=(WIDTH / 72, total / 72))
+        axes = figure.add_axes((0, 0, 1, 1))
+        axes.set(xlim=(0, WIDTH), ylim=(-below, sheet.height + above))
+        axes.set_axis_off()
+        _skeleton(axes, sheet)
+        for number in range(len(graph.joints)):
+            _joint(axes, sheet, number)
+        annotate(axes, sheet)
+        y = sheet.height + above - 2
+        for words, size, weight in heading:
+            y -= 1.4 * size
+            write(axes, np.array([12.0, y]), words, size, weight=weight)
+        _tabulate(axes, rows)
+    return figure
+
+
+def check_scheme(path: Path) -> None:
+    """Raises InputError where the suffix is not one for schemes, or matplotlib is missing."""
+    check_suffix(path, SUFFIXES, {"matplotlib": "matplotlib"}, "plot")
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a scheme. Raises InputError."""
+    import matplotlib as mpl
+
+    check_scheme(path)
+    with mpl.rc_context({**STYLE}), replacing(path) as temporary:
+        undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+        figure.savefig(temporary, dpi=200, metadata=undated.get(path.suffix.lower()))
+
+
+# ---- bodies
+
+
+def _skeleton(axes: Axes, sheet: Sheet) -> None:
+    from matplotlib.patches import Polygon
+
+    pieces = sheet.drawing.pieces
+    rails = {k for k, (_, after) in enumerate(pairwise(pieces)) if isinstance(after.form, Block)}
+    for k, piece in enumerate(pieces):
+        if piece.joint is not None or piece.part == "cylinder":
+            continue
+        points = sheet.at(piece.body, outline_of(piece))
+        sheet.taken.line(points, closed=isinstance(piece.form, Plate))
+        base = piece.part == "base"
+        if isinstance(piece.form, Plate):
+            face = {"platform": "#cfe6f5", "base": "0.93"}.get(piece.part, "0.96")
+            edge = FIXED if base else INK
+            axes.add_patch(
+                Polygon(
+                    points,
+                    facecolor=face,
+                    edgecolor=edge,
+                    linewidth=0.8 if base else 1.7,
+                    zorder=0.5 if base else 1,
+                    alpha=0.85,
+                    joinstyle="round",
+                )
+            )
+        elif base and k in rails:
+            along = points[1] - points[0]
+            way = np.array([along[1], -along[0]]) / max(float(np.linalg.norm(along)), 1e-9)
+            away = points.mean(axis=0) - np.array([WIDTH, sheet.height]) / 2
+            way = way if way @ away > 0 or (abs(way @ away) < 1 and way[1] < 0) else -way
+            for stroke in symbols.hatched(points, way, sheet.s):
+                draw_stroke(axes, stroke, INK, "none", 1.5, width=0.8)
+        elif base:
+            draw_line(axes, points, 0.8, FIXED, 0.6, "--")
+        else:
+            draw_line(axes, points, 1.9, INK, 2)
+    for body, p in sheet.drawing.layout.graph.points.values():
+        _point_line(axes, sheet, body, sheet.at(body, np.array(p, dtype=float))[0])
+    for rod in sheet.drawing.rods:
+        start, end = sheet.at(rod.parent, rod.start), sheet.at(rod.child, rod.end)
+        points = np.concatenate([start, end])
+        sheet.taken.line(points)
+        draw_line(axes, points, 1.5, INK, 2)
+
+
+def _point_line(axes: Axes, sheet: Sheet, body: int, at: FloatArray) -> None:
+    """A thin triangle from a link to a point beside it, such as a coupler's."""
+    own = [p for p in sheet.drawing.pieces if p.body == body and p.joint is None]
+    if (
+        body == 0
+        or len(own) != 1
+        or not isinstance(own[0].form, Bar)
+        or len(own[0].form.points) > 2
+    ):
+        return
+    a, b = sheet.at(body, own[0].form.points)
+    off = abs(np.linalg.det(np.array([b - a, at - a]))) / max(float(np.linalg.norm(b - a)), 1e-9)
+    if off > 2 * sheet.s:
+        draw_line(axes, np.array([a, at, b]), 1.0, INK, 1.9)
+        sheet.taken.line(np.array([a, at, b]))
+
+
+# ---- joints
+
+
+def _joint(axes: Axes, sheet: Sheet, number: int) -> None:
+    """The symbol of a joint, its first stroke named after its kind and number in the drawing."""
+    graph, sight, s = sheet.drawing.layout.graph, sheet.sight, sheet.s
+    joint = graph.joints[number]
+    pieces = [p for p in sheet.drawing.pieces if p.joint == number]
+    if joint.name == "platform" or not pieces:
+        return
+    if joint.kind == "rod":
+        _rod(axes, sheet, number)
+        return
+    place = sheet.drawing.layout.world(pieces[0].body, outline_of(pieces[0])).mean(axis=0)
+    at, axis = sheet.flat(place)[0], sheet.drawing.layout.axis(joint)
+    child = _away(sheet.drawing, joint.child, place)
+    strokes: list[Stroke] = []
+    half = 1.9 * s
+    if joint.kind == "revolute":
+        strokes = symbols.sleeve(sight, at, axis, 1.25 * s, 0.85 * s)
+        extra = symbols.axis_line(sight, at, axis, 2.6 * s)
+    elif joint.kind == "universal":
+        second = sheet.drawing.layout.poses[joint.child][0] @ np.array(joint.M.R, dtype=float)[:, 2]
+        strokes, extra = symbols.cross(sight, at, (axis, second), child, s), []
+    elif joint.kind == "spherical":
+        strokes, extra = symbols.ball(at, sight.flat(child), s), []
+    elif joint.kind == "planar":
+        strokes, extra = symbols.plates(sight, at, axis, s), []
+    else:
+        tubes = [p for p in pieces if p.part == "cylinder"]
+        r = 1.05 * s
+        if tubes:
+            ends = sheet.at(tubes[0].body, outline_of(tubes[0]))
+            draw_line(axes, ends, 1.9, INK, 2)
+            half = _half_length(sheet, tubes[0])
+            gap = min(2.4 * s / (2 * half), 0.4)  # the joint at its end stays to be seen
+            at, half = ends.mean(axis=0) + gap / 2 * (ends[1] - ends[0]), half * (1 - gap)
+            r = 0.65 * s
+        turns = joint.kind != "prismatic"
+        sleeve = symbols.sleeve if turns or tubes else symbols.box
+        strokes, extra = sleeve(sight, at, axis, half, r), []
+        if joint.kind == "helical":
+            extra = symbols.thread(sight, at, axis, min(half, 1.5 * s), r)
+        elif turns:
+            extra = symbols.axis_line(sight, at, axis, half + 1.5 * s)
+            extra += symbols.sleeve(sight, at, axis, 0.35 * s, 1.35 * r)
+    if 0 in (joint.parent, joint.child) and joint.kind not in SLIDES:
+        way = sight.flat(child if joint.parent == 0 else -child)
+        down = np.array([0.0, 1.0 if way[1] < -0.35 * np.linalg.norm(way) else -1.0])
+        bracket, hatching = symbols.ground(at, down, s)
+        for stroke in (*bracket, *hatching):
+            draw_stroke(axes, stroke, INK, "white", 2.5, width=0.8)
+            sheet.taken.line(stroke.points)
+    name, fill = f"{joint.kind}-{number}", _FILL["driven" if joint.actuated else "passive"]
+    slides = joint.kind in SLIDES  # what turns on them is drawn above
+    order = (2.6 if slides else 3.2) + 0.2 * _depth(sheet, place)
+    for k, stroke in enumerate(strokes):
+        draw_stroke(axes, stroke, INK, fill, order + 1e-3 * k, "" if k else name)
+        sheet.taken.line(stroke.points)
+    for stroke in extra:
+        draw_stroke(axes, stroke, INK, fill, order + 1e-2)
+        sheet.taken.line(stroke.points)
+    if joint.actuated:
+        _drive(axes, sheet, number, at, axis, half)
+    colour = DRIVEN if joint.actuated else INK
+    sheet.labels.append(Label(joint.name, at, 1.6 * s, colour, weight="bold"))
+
+
+def _rod(axes: Axes, sheet: Sheet, number: int) -> None:
+    (rod,) = (r for r in sheet.drawing.rods if r.joint == number)
+    start, end = sheet.at(rod.parent, rod.start)[0], sheet.at(rod.child, rod.end)[0]
+    name, r = f"rod-{number}", 0.75 * sheet.s
+    for k, (at, way) in enumerate(((start, end - start), (end, start - end))):
+        for j, stroke in enumerate(symbols.ball(at, way, r)):
+            draw_stroke(axes, stroke, INK, "white", 3.2, "" if j or k else name, 0.9)
+            sheet.taken.line(stroke.points)
+    text = sheet.drawing.layout.graph.joints[number].name
+    sheet.labels.append(Label(text, (start + end) / 2, 4.0, INK))
+
+
+def _away(drawing: Drawing, body: int, place: FloatArray) -> FloatArray:
+    """From a joint's place towards the rest of a body."""
+    own = [drawing.layout.world(body, outline_of(p)) for p in drawing.pieces if p.body == body]
+    own += [
+        drawing.layout.world(body, r.end if r.child == body else r.start)
+        for r in drawing.rods
+        if body in (r.parent, r.child)
+    ]
+    return np.asarray(np.concatenate(own).mean(axis=0) - place) if own else np.zeros(3)
+
+
+def _half_length(sheet: Sheet, tube: Piece) -> float:
+    ends = outline_of(tube)
+    return float(sheet.scale * np.linalg.norm(ends[-1] - ends[0]) / 2)
+
+
+def _depth(sheet: Sheet, place: FloatArray) -> float:
+    """From -1, far, to 1, near."""
+    view = sheet.drawing.view
+    return float(np.clip((place - view.middle) @ sheet.sight.eye / max(view.span, 1e-12), -1, 1))
+
+
+def _drive(
+    axes: Axes, sheet: Sheet, number: int, at: FloatArray, axis: FloatArray, half: float
+) -> None:
+    """The arrow of a driven joint: straight beside a slide, round about a turn."""
+    joint, s = sheet.drawing.layout.graph.joints[number], sheet.s
+    if joint.kind in SLIDES:
+        along = sheet.sight.flat(axis)
+        size = float(np.linalg.norm(along))
+        if size < 0.25:
+            return
+        u = along / size
+        n = np.array([-u[1], u[0]])
+        reach = max(2.2 * s, 0.5 * half) * size
+        points = at + 2.0 * s * n + np.linspace(-reach, reach, 7)[:, None] * u
+    else:
+        points = symbols.ring(sheet.sight, at, axis, 2.3 * s)
+    draw_arrow(axes, points, DRIVEN, "<|-|>" if joint.kind in SLIDES else "-|>", 1.1, 3.6)
+    sheet.taken.line(points)
+
+
+def _heading(graph: Graph) -> list[tuple[str, float, str]]:
+    mechanism = graph.mechanism
+    title = textwrap.wrap(mechanism.title or mechanism.name, 70)
+    lines = [(line, 10.5, "bold") for line in title]
+    lines += [(line, 7.0, "normal") for line in textwrap.wrap(mechanism.source, 130)]
+    return lines
+
+
+def _table_rows(graph: Graph) -> list[list[tuple[str, str]]]:
+    cells = [(p.name, p.value) for p in parameters(graph.mechanism)]
+    actuated = [c.name for c in graph.coordinates if c.actuated]
+    if actuated:
+        cells.append(("actuated", ", ".join(actuated)))
+    widest = max(
+        (width_of(f"{a} = {b}", 7.5) for a, b in cells[: len(cells) - bool(actuated)]),
+        default=100.0,
+    )
+    columns = max(1, int((WIDTH - 24) // (widest + 14)))
+    short = cells[:-1] if actuated else cells
+    rows = [short[k : k + columns] for k in range(0, len(short), columns)]
+    return rows + ([[cells[-1]]] if actuated else [])
+
+
+def _tabulate(axes: Axes, rows: Sequence[Sequence[tuple[str, str]]]) -> None:
+    columns = max((len(row) for row in rows), default=1)
+    if rows:
+        draw_line(axes, np.array([[12.0, 0.0], [WIDTH - 12, 0.0]]), 0.4, FIXED)
+    for k, row in enumerate(rows):
+        for j, (name, value) in enumerate(row):
+            at = np.array([12 + j * (WIDTH - 24) / columns, -_ROW * (k + 1) - 1])
+            driven = name == "actuated"
+            text = f"{name}: {value}" if driven else f"{name} = {value}"
+            write(axes, at, text, 7.5, colour=DRIVEN if driven else INK)

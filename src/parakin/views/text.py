@@ -1,0 +1,367 @@
+"""What there is to say about a mechanism or a result, as tables for a terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from parakin.analysis.mobility import Mobility
+from parakin.analysis.singularities import Closeness
+from parakin.arrays import FloatArray
+from parakin.model.graph import Graph
+from parakin.solving.modes import Search
+from parakin.solving.status import Status
+
+_FAR = 0.8  # radians, or characteristic lengths: what is no longer near a guess
+_CLOSES = 1e-9  # of the characteristic length: a stated home this near is one
+
+
+def catalogue_table(entries: Mapping[str, tuple[str, str]]) -> RenderableType:
+    """Mechanisms by name with their titles and motions: what `parakin list` prints."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("mechanism", "what it is", "motions"):
+        table.add_column(Text(heading), no_wrap=heading == "mechanism")
+    for name, (title, motions) in entries.items():
+        table.add_row(Text(name), Text(title), Text(motions or "none"))
+    return table
+
+
+def _table(*headings: str) -> Table:
+    """A table of numbers, for a console wide enough that none is cut or folded."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for k, heading in enumerate(headings):
+        table.add_column(Text(heading), justify="left" if k == 0 else "right", no_wrap=True)
+    return table
+
+
+def shown(value: float, angle: bool) -> str:
+    """A coordinate for reading: millimetres or degrees."""
+    return f"{math.degrees(value):z.4f} deg" if angle else f"{1e3 * value:z.4f} mm"
+
+
+def mechanism_report(graph: Graph, home: FloatArray, found: Mobility) -> RenderableType:
+    """Home and mobility of a mechanism: what `parakin check` prints."""
+    mechanism = graph.mechanism
+    lines = [Text(f"{mechanism.name}: {mechanism.title or 'a mechanism'}", style="bold")]
+    if mechanism.source:
+        lines.append(Text(f"source: {mechanism.source}"))
+    if mechanism.notes:
+        lines.append(Text(mechanism.notes.strip()))
+    return Group(
+        *lines,
+        Text(),
+        *mobility_lines(graph, found),
+        Text(),
+        _home_table(graph, home),
+        *_home_notes(graph, home),
+    )
+
+
+def mobility_lines(graph: Graph, found: Mobility) -> list[Text]:
+    """The mobility and where it comes from: a heading, then a line for each thing to say."""
+    lines = [
+        Text("Mobility", style="bold"),
+        Text(
+            f"  Grübler-Kutzbach: {found.grubler} "
+            f"({found.bodies} bodies with the base, {found.joints} joints)"
+        ),
+        Text(f"  by rank: {found.home} at home, {_nearby(found)}"),
+    ]
+    if found.cuts:
+        lines.append(
+            Text(
+                f"  {found.tree_coordinates} coordinates in the tree; cut at "
+                f"{', '.join(found.cuts)}: {found.rows} closure rows, {found.rank} independent, "
+                f"{found.redundant} redundant"
+            )
+        )
+    for loop in found.loops:
+        if 1 < loop.rank < 6:
+            lines.append(
+                Text(
+                    f"  the loop {', '.join(loop.joints)} has rank {loop.rank}: "
+                    f"{6 - loop.rank} of its six equations come for free"
+                )
+            )
+    if found.idle:
+        lines.append(
+            Text(
+                f"  {len(found.idle)} idle: freedoms that move neither platform nor actuators; "
+                f"held at home by {', '.join(found.idle)}"
+            )
+        )
+    if found.generic == 0:
+        lines.append(Text("  a structure: nothing can move", style="bold red"))
+    if found.nearby and found.home != min(found.nearby):
+        lines.append(
+            Text(
+                f"  home is special: {found.home} there, {min(found.nearby)} in general",
+                style="bold yellow",
+            )
+        )
+    driven = ", ".join(graph.mechanism.driven)
+    if driven:
+        lines.append(Text(f"  driven: {driven}"))
+    if found.generic < found.wanted:
+        lines.append(
+            Text(
+                f"  {found.wanted} coordinates are to be driven, but only {found.generic} can move",
+                style="bold red",
+            )
+        )
+        if found.to_blame:
+            cause = " and ".join(found.to_blame)
+            plural = len(found.to_blame) > 1
+            lines.append(
+                Text(
+                    f"  cause: {'joints' if plural else 'joint'} {cause}: as "
+                    f"{'spherical joints' if plural else 'a spherical joint'} instead of universal "
+                    f"{'ones they' if plural else 'one it'} would give mobility {found.cured}",
+                    style="bold red",
+                )
+            )
+    elif found.wanted and found.generic - len(found.idle) > found.wanted:
+        more = found.generic - len(found.idle) - found.wanted
+        lines.append(Text(f"  {more} more freedom(s) than driven coordinates", style="bold yellow"))
+    return lines
+
+
+def _nearby(found: Mobility) -> str:
+    values = sorted(set(found.nearby))
+    if not values:
+        return "which no other closed configuration near home could confirm"
+    what = " or ".join(str(value) for value in values)
+    return f"{what} at {len(found.nearby)} closed configurations around it"
+
+
+def _home_table(graph: Graph, home: FloatArray) -> Table:
+    table = _table("coordinate at home", "assembled", "stated or guessed", "difference")
+    counted_from_home = graph.from_home
+    given = {**graph.guess, **graph.stated, **graph.home}
+    for k, coordinate in enumerate(graph.coordinates):
+        name = coordinate.name + (" *" if coordinate.actuated else "")
+        row = [shown(float(home[k]), coordinate.angle)]
+        if k in counted_from_home:
+            name += " (counted from here)"
+        if k in given:
+            word = "held" if k in graph.home else ("stated" if k in graph.stated else "guess")
+            row.append(f"{shown(given[k], coordinate.angle)} {word}")
+            row.append(shown(float(home[k]) - given[k], coordinate.angle))
+        else:
+            row += ["", ""]
+        table.add_row(Text(name), *row)
+    return table
+
+
+def _home_notes(graph: Graph, home: FloatArray) -> list[Text]:
+    notes = [Text("  * actuated", style="dim")]
+    strays = [graph.coordinates[k].name for k in graph.guess if _astray(graph, k, home)]
+    if strays:
+        notes.append(
+            Text(
+                f"  far from the guess, or on its other side: {', '.join(strays)}. Another "
+                "assembly may have been meant (`parakin modes` lists them)",
+                style="bold yellow",
+            )
+        )
+    if graph.stated:
+        off = {k: float(home[k]) - value for k, value in graph.stated.items()}
+        size = {
+            k: abs(d) * (graph.length if graph.coordinates[k].angle else 1) for k, d in off.items()
+        }
+        worst = max(size, key=lambda k: size[k])
+        said = "  The stated values close the loops."
+        if size[worst] > _CLOSES * graph.length:
+            said = (
+                "  The stated values do not quite close the loops: the largest difference is "
+                f"{shown(off[worst], graph.coordinates[worst].angle)} at "
+                f"{graph.coordinates[worst].name}."
+            )
+        notes.append(Text(said))
+    return notes
+
+
+def _astray(graph: Graph, k: int, home: FloatArray) -> bool:
+    """Whether a coordinate came out far from its guess, or a slide with the other sign."""
+    found, guess = float(home[k]), graph.guess[k]
+    away = abs(found - guess)
+    if graph.coordinates[k].angle:
+        return abs(away - 2 * math.pi * round(away / (2 * math.pi))) > _FAR
+    return away > _FAR * graph.length or found * guess < 0.0
+
+
+def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> RenderableType:
+    """The branches of a mechanism: what `parakin modes` prints."""
+    angles = {c.name: c.angle for c in graph.coordinates}
+    heading = [f"{n} [{'deg' if angles[n] else 'mm'}]" for n in found.told_by]
+    table = _table("branch", *heading, "conditioning", "found", "variants", "beyond limits")
+    for branch in found.modes:
+        values = [
+            f"{(math.degrees(1.0) if angles[n] else 1e3) * branch.coordinates[n]:z.3f}"
+            for n in found.told_by
+        ]
+        table.add_row(
+            branch.name,
+            *values,
+            f"{branch.conditioning:.3f}",
+            str(branch.found),
+            str(branch.variants),
+            ", ".join(branch.beyond),
+        )
+    return Group(
+        Text(f"{graph.mechanism.name}, driven: {', '.join(driven)}", style="bold"),
+        table,
+        Text(found.summary),
+        *(
+            [Text(f"{found.singular:,} more are singular and left out: no isolated assemblies.")]
+            if found.singular
+            else []
+        ),
+    )
+
+
+def singularities_report(found: Closeness) -> RenderableType:
+    """How near a motion comes to singularities: what `parakin solve --singularities` adds."""
+    return Group(*singularity_lines(found))
+
+
+def singularity_lines(found: Closeness) -> list[Text]:
+    """The least figure of each kind, and every crossing."""
+    lines = []
+    for what, figure in (
+        ("type 1 (actuators move, outputs rest)", found.type1),
+        ("type 2 (outputs move, actuators are locked)", found.type2),
+        ("all closure rows", found.whole),
+    ):
+        if np.isfinite(figure).any():
+            i = int(np.nanargmin(figure))
+            lines.append(Text(f"{what}: least {figure[i]:.3f} at {found.time[i]:.6g} s"))
+    for c in found.crossings:
+        what = "the end of its angles" if c.kind == "angles" else f"a {c.kind} singularity"
+        verb = "ends at" if c.ends else "crosses"
+        lines.append(Text(f"{verb} {what} at {c.time:.9f} s: {c.words}", style="bold red"))
+    return lines
+
+
+@dataclass
+class Extremes:
+    """Running extremes over the windows of a result: a long motion is never held whole."""
+
+    coordinates: Sequence[str]
+    low: FloatArray
+    high: FloatArray
+    speed: FloatArray
+    acceleration: FloatArray
+    jerk: FloatArray | None = None
+    residual: float = 0.0
+    conditioning: float = 1.0
+    samples: int = 0
+    counts: FloatArray | None = None
+    first_flag: tuple[int, float, Status] | None = None
+
+
+def extremes(ds: xr.Dataset, before: Extremes | None = None) -> Extremes:
+    """The extremes of one more window."""
+    n = ds.sizes["coordinate"]
+    found = before or Extremes(
+        ds["coordinate"].values.tolist(),
+        np.full(n, np.inf),
+        np.full(n, -np.inf),
+        np.zeros(n),
+        np.zeros(n),
+        counts=np.zeros(len(Status)),
+    )
+    q = ds["position"].values
+    found.low = np.fmin(found.low, np.fmin.reduce(q))
+    found.high = np.fmax(found.high, np.fmax.reduce(q))
+    found.speed = np.fmax(found.speed, np.fmax.reduce(np.abs(ds["velocity"].values)))
+    found.acceleration = np.fmax(
+        found.acceleration, np.fmax.reduce(np.abs(ds["acceleration"].values))
+    )
+    if "jerk" in ds:
+        before_this = np.zeros(n) if found.jerk is None else found.jerk
+        found.jerk = np.fmax(before_this, np.fmax.reduce(np.abs(ds["jerk"].values)))
+    found.residual = float(np.fmax(found.residual, np.fmax.reduce(ds["residual"].values)))
+    found.conditioning = float(
+        np.fmin(found.conditioning, np.fmin.reduce(ds["conditioning"].values))
+    )
+    status = ds["status"].values
+    if found.counts is not None:
+        found.counts += np.bincount(status, minlength=len(Status))
+    if found.first_flag is None and status.any():
+        i = int(np.argmax(status != 0))
+        found.first_flag = (found.samples + i, float(ds["time"].values[i]), Status(int(status[i])))
+    found.samples += len(status)
+    return found
+
+
+def solve_report(ds: xr.Dataset, found: Extremes, seconds: float) -> RenderableType:
+    """What `parakin solve` prints: strokes, peaks, the worst residual, flags, time and rate.
+
+    ds: any window of the result, for names, units and home. seconds: time spent solving.
+    """
+    headings = ["actuated", "from", "to", "stroke from home", "peak speed", "peak accel."]
+    table = _table(*headings, *([] if found.jerk is None else ["peak jerk"]))
+    units = ds["unit"].values.tolist()
+    chosen = np.flatnonzero(ds["actuated"].values).tolist() or range(ds.sizes["coordinate"])
+    home = ds["home"].values
+    for k in chosen:
+        angle = units[k] == "rad"
+        scale, unit = (math.degrees(1.0), "deg") if angle else (1e3, "mm")
+        name = Text(f"{found.coordinates[k]} [{unit}]")
+        if not np.isfinite(found.low[k]):
+            table.add_row(name, "nothing solved", *[""] * (len(table.columns) - 2))
+            continue
+        down, up = scale * (found.low[k] - home[k]), scale * (found.high[k] - home[k])
+        table.add_row(
+            name,
+            f"{scale * found.low[k]:z.3f}",
+            f"{scale * found.high[k]:z.3f}",
+            f"{down:+z.3f} .. {up:+z.3f}",
+            f"{scale * found.speed[k]:.3f} {unit}/s",
+            f"{scale * found.acceleration[k]:.3f} {unit}/s²",
+            *([] if found.jerk is None else [f"{scale * found.jerk[k]:.3f} {unit}/s³"]),
+        )
+    rate = found.samples / seconds if seconds else math.inf
+    lines = [
+        Text(
+            f"{found.samples:,} samples solved in {_time(seconds)} ({_rate(rate)}); worst residual "
+            f"{found.residual:.1e} m, least conditioning {found.conditioning:.3f}"
+        )
+    ]
+    if "spline" in ds.attrs["motion_derivatives"]:
+        lines.append(Text(f"velocity and acceleration driven: {ds.attrs['motion_derivatives']}"))
+    flagged = flag_words(found)
+    if flagged:
+        lines.append(Text(flagged, style="bold red"))
+    return Group(table, *lines)
+
+
+def flag_words(found: Extremes) -> str:
+    """How many samples are flagged as what, and the first; nothing where none is."""
+    if found.first_flag is None or found.counts is None:
+        return ""
+    index, time, status = found.first_flag
+    each = ", ".join(
+        f"{int(count):,} {Status(k).words}"
+        for k, count in enumerate(found.counts)
+        if count and k != Status.CONVERGED
+    )
+    return f"flagged: {each}; the first at sample {index}, t = {time:.6g} s: {status.words}"
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.2f} s" if seconds >= 1 else f"{1e3 * seconds:.2f} ms"
+
+
+def _rate(per_second: float) -> str:
+    if not math.isfinite(per_second):
+        return "too fast to time"
+    return f"{1e9 / per_second:,.0f} ns a pose"
