@@ -8,8 +8,8 @@ is analytic, and scalars are Python floats, which are faster than NumPy's.
 `build_c_strokes` compiles the closed form of the three strokes, as a competent engineer would write
 it for a controller.
 
-Both take poses (x, y, phi) in m and rad, and give the coordinates of tests/closed_form.py: absolute
-angles, displacements A2, B3, C3 from the printed s_A, s_B, s_C, and E2P = D2E2.
+Both take poses (x, y, phi) in m and rad, and give the coordinates of tests/oracles/closed_form.py:
+absolute angles, displacements A2, B3, C3 from the printed s_A, s_B, s_C, and E2P = D2E2.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The two mechanisms' answers to 40 digits, with the poses they belong to.
 
-The flight simulator's come from the plane geometry of tests/closed_form.py. The hexapod's lengths
-and universal angles follow from its leg vectors; what its forward solution has to find is the pose
-that the lengths came from.
+The flight simulator's come from the plane geometry of tests/oracles/closed_form.py. The hexapod's
+lengths and universal angles follow from its leg vectors; what its forward solution has to find is
+the pose that the lengths came from.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 import parakin
 from benchmarks.peers.ways import COUNT, POSE, SLIDERS, VARIABLES, Answer, Floats, others
 
-sys.path.append(str(Path(__file__).parents[2] / "tests"))
+sys.path.append(str(Path(__file__).parents[2] / "tests" / "oracles"))
 import closed_form
 
 MP = closed_form.MP

@@ -45,8 +45,9 @@ if TYPE_CHECKING:
     from parakin.solving.compiler import compile
     from parakin.solving.modes import modes
     from parakin.solving.results import require_solved
-    from parakin.solving.solver import Solver, Tick
+    from parakin.solving.solver import Solver
     from parakin.solving.status import Status
+    from parakin.solving.tick import Tick
 
 _ROOMS = {
     "catalogue": "files.reading",
@@ -55,7 +56,7 @@ _ROOMS = {
     "modes": "solving.modes",
     "singularities": "analysis.singularities",
     "Solver": "solving.solver",
-    "Tick": "solving.solver",
+    "Tick": "solving.tick",
     "require_solved": "solving.results",
     "Status": "solving.status",
     "Motion": "motion.motion",

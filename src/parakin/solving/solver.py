@@ -6,80 +6,37 @@ arrays; `solve` a motion, as a labelled Dataset; `stream` a motion of any length
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parakin.algebra.spatial import FLOATS
 from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
 from parakin.errors import InputError
 from parakin.files.reading import load_motion
 from parakin.kernel.pose import newton_unknowns
 from parakin.kernel.rows import ORIENTATION, POINT, POSITION, Outputs
-from parakin.kinematics import closure
-from parakin.kinematics.assembly import Configuration, circuits_at, coordinate_scales
-from parakin.model.graph import Graph
 from parakin.motion.course import Course
-from parakin.motion.laws import from_laws, polynomial345
 from parakin.motion.motion import Motion, Samples
 from parakin.planning.plan import Plan
-from parakin.solving.bodies import Points, points_of
+from parakin.solving.atlas import Atlas
+from parakin.solving.bodies import points_of
 from parakin.solving.charts import Chart
+from parakin.solving.from_home import from_home, home_state, home_values
+from parakin.solving.inputs import Guesses, Start, stacked, tame
+from parakin.solving.locks import locks_of, off_the_lock, try_again
 from parakin.solving.results import Labels, dataset, quaternions
-from parakin.solving.status import (
-    RESIDUAL,
-    SINGULAR,
-    SOLVED,
-    TURNS,
-    Status,
-    blank_undefined,
-    classify,
-)
-from parakin.solving.tracking import Piece, Track
-from parakin.solving.walking import (
-    CLOSED,
-    FIRM,
-    State,
-    conditioning_beside,
-    iterate,
-    taken_over,
-    walk,
-)
+from parakin.solving.status import RESIDUAL, SINGULAR, SOLVED, Status, blank_undefined, classify
+from parakin.solving.tick import Tick
+from parakin.solving.tracking import Track
+from parakin.solving.walking import CLOSED, iterate
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_BESIDE = 1e-3  # rad: how near to where angles lock no iteration begins
-_NEAR = 0.2  # rad: from how near Newton's steps may meet a lock
-_POOR = 2e-3  # figure of a plan whose sign is about to change; at an end of reach it is left sooner
-_CALM = 30.0  # times what is driven: what goes no faster is not at an end of reach
-_WILD = 1e100  # numbers beyond this may overflow on the way to accelerations
-
-
-class Tick(NamedTuple):
-    """One pose, or a batch: rows are `solver.coordinates`, SI; `status` is a `Status` (array).
-
-    Derivatives that the solver was not compiled for are arrays of no rows. `found` is what a next
-    call needs beside `position` to start from here: iterated coordinates, where `position` does not
-    tell them.
-
-    Not a Dataset because a control loop cannot wait for one.
-    """
-
-    position: FloatArray
-    velocity: FloatArray
-    acceleration: FloatArray
-    status: int | StatusArray
-    residual: float | FloatArray
-    conditioning: float | FloatArray
-    jerk: FloatArray
-    found: FloatArray
 
 
 class Solver:
@@ -105,7 +62,6 @@ class Solver:
         self.mechanism = graph.mechanism
         self.machine_code = machine_code
         self._chart = Chart(plan, outputs, reported, machine_code)
-        self._charts = [self._chart]
         self.driven = tuple(graph.coordinates[k].name for k in plan.driven)
         self.coordinates = tuple(self._name(c) for c in outputs.coordinates[:reported])
         self.derivatives = outputs.derivatives
@@ -113,10 +69,14 @@ class Solver:
         self._outputs = outputs
         self.told = replace(outputs, coordinates=outputs.coordinates[:reported])
         self.layout = self._chart.layout
+        self._atlas = Atlas(self._chart, self.told)
         self._labels = Labels(graph, self.told, self.coordinates, self.driven, self.home)
         self._iterated = newton_unknowns(plan)
+        self._locks = locks_of(plan)
         self.iterated = tuple(self._name(c) for c in self._iterated)
         self._hidden = tuple(n for n in self.iterated if n not in self.coordinates)
+        at_home = np.array([self.home.get(name, np.nan) for name in self.coordinates])
+        self._guesses = Guesses(self.layout, at_home, self.iterated, self._hidden)
         self._run = self._chart.run
         _ = self._chart.kernel  # compiled now and not at the first pose
 
@@ -131,14 +91,6 @@ class Solver:
     def __repr__(self) -> str:
         how = "machine code" if self.machine_code else "NumPy"
         return f"<Solver {self.mechanism.name}, driven by {', '.join(self.driven)}, {how}>"
-
-    def _home_state(self) -> State:
-        k, m = len(self.driven), len(self._iterated)
-        orders = 1 + self.derivatives
-        driven, found = np.zeros((orders, k)), np.zeros((orders, m))
-        driven[0] = [self.home[name] for name in self.driven]
-        found[0] = [self.plan.home[c] - self.plan.offset(c) for c in self._iterated]
-        return State(driven, found)
 
     def at(
         self,
@@ -167,16 +119,16 @@ class Solver:
         y, rates or guess that is none, or a guess of an angle so large that its turns have lost
         their digits. Raises InputError on arrays of the wrong shape.
         """
-        inputs = self._inputs_of(y, yd, ydd, yddd)
-        start = None if guess is None else self._start_of(guess, inputs.shape[1:])
+        inputs = stacked(len(self.driven), self.derivatives, y, (yd, ydd, yddd))
+        start = None if guess is None else self._guesses.start_of(guess, inputs.shape[1:])
         walked: StatusArray | int = 0
         if self._iterated:
             out, walked = self._iterate(inputs, None if start is None else start.found)
         else:
             out = self._run(inputs, parallel=parallel)
-        plain = self._turned_to(out, start) if start is not None else True
+        plain = self._guesses.turned_to(out, start) if start is not None else True
         checked = self._outputs.checks
-        plain = plain and (_tame(inputs) if checked else _tame(inputs, out[self._last_rows]))
+        plain = plain and (tame(inputs) if checked else tame(inputs, out[self._last_rows]))
         if plain and not checked:
             good = 0 if out.ndim == 1 else np.zeros(out.shape[1], dtype=np.int8)
             return self._tick(out, good, np.nan, np.nan)
@@ -190,7 +142,7 @@ class Solver:
         self,
         out: FloatArray,
         inputs: FloatArray,
-        start: _Start | None,
+        start: Start | None,
         walked: StatusArray | int,
         within: float | None,
         *,
@@ -198,95 +150,74 @@ class Solver:
     ) -> Tick:
         """A status for each column, and NaN where it is one of failure."""
         rows, columns = self._outputs, out[:, None] if out.ndim == 1 else out
-        numbers = columns[rows.motion]
+        sound = None if plain else self._guesses.sound(inputs, start)
         found: FloatArray | None = None
-        told: BoolArray | None = None
-        if not plain:
-            told = self._sound(inputs, start)
-        if self._outputs.checks:
-            status = classify(columns, self.layout)
-            singular = bool(status.any()) and bool((status == Status.SINGULAR).any())
-            if self._iterated and (singular or self.layout.triples):
-                found = columns[self.layout.found[0]]  # before angles that lock become NaN
-            if not isinstance(walked, int) or walked:
-                status = np.where(walked, walked, status).astype(np.int8)
-            if told is not None:
-                bad = np.isin(status, (Status.CONVERGED, Status.SINGULAR)) & ~told
-                status[bad] = Status.OUT_OF_REACH
-            if singular:
-                self._exchanged(columns, inputs, status)
+        if rows.checks:
+            status, found = self._checked(columns, inputs, start, walked, within, sound)
         else:
             status = np.zeros(columns.shape[1], dtype=np.int8)
-            if told is not None:
-                status[~told] = Status.OUT_OF_REACH
-            if np.isnan(numbers.sum()):
-                status[np.isnan(numbers).any(axis=0)] = Status.OUT_OF_REACH
-        if within is not None and start is not None and self._iterated:
-            begun = start.found if start.found.ndim == 2 else start.found[:, None]
-            ended = columns[self.layout.found[0]] if found is None else found
-            near = np.abs(ended - begun).max(axis=0) <= within
-            status[np.isin(status, SOLVED) & ~near] = Status.BRANCH_CHANGE
-        if self._outputs.checks and self.layout.triples:
-            undefined = blank_undefined(columns, self.layout)
-            status[undefined & (status == Status.CONVERGED)] = Status.ANGLES_UNDEFINED
-        if not plain or not self._outputs.checks:
+            status[np.isnan(columns[rows.motion]).any(axis=0)] = Status.OUT_OF_REACH
+            if sound is not None:
+                status[~sound] = Status.OUT_OF_REACH
+        numbers = columns[rows.motion]
+        if not plain or not rows.checks:
             known = np.delete(numbers, self._cone_rows, axis=0)
             beyond, open_ = np.isinf(known).any(axis=0), np.isnan(known).any(axis=0)
             open_ &= status == Status.CONVERGED
             status[open_ | (beyond & np.isin(status, SOLVED))] = Status.OUT_OF_REACH
         if status.any():
             numbers[:, ~np.isin(status, SOLVED)] = np.nan
+        residual: float | FloatArray = np.nan
+        conditioning: float | FloatArray = np.nan
         verdict: int | StatusArray = int(status[0]) if out.ndim == 1 else status
-        tick = self._tick(out, verdict, np.nan, np.nan)
-        if self._outputs.checks:
+        if rows.checks:
             residual, conditioning = out[rows.residual], out[rows.conditioning]
             if out.ndim == 1:
                 residual, conditioning = float(residual), float(conditioning)
-            tick = tick._replace(residual=residual, conditioning=conditioning)
+        tick = self._tick(out, verdict, residual, conditioning)
         if found is not None and (status == Status.ANGLES_UNDEFINED).any():
             found[:, ~np.isin(status, SOLVED)] = np.nan
             tick = tick._replace(found=found[:, 0] if out.ndim == 1 else found)
         return tick
 
-    def _exchanged(self, out: FloatArray, inputs: FloatArray, status: StatusArray) -> None:
-        """Other charts for closed poses (columns) where a plan is singular and no mechanism."""
-        chart, orders = self._chart, 1 + self.derivatives
-        driven = inputs.reshape(orders, len(self.driven), -1)
-        for column in np.flatnonzero(status == Status.SINGULAR).tolist():
-            here = driven[:, :, [column]]
-            at = chart.configuration(here[0, :, 0], out[:, column])
-            firm = chart.firm(at) if np.isfinite(at.q).all() else 0.0
-            if not firm > FIRM:
-                continue
-            for other in self._others(chart, at):
-                found = taken_over(other, here, at)
-                if found is None:
-                    continue
-                beside = conditioning_beside(chart, other, here, found, self._units)
-                if beside > 0.0:
-                    found[other.outputs.conditioning] = min(1.0, firm)
-                    status[column] = self._transferred(out, column, other, found)
-                elif beside < 0.0:
-                    status[column] = Status.BRANCH_CHANGE
-                break
+    def _checked(
+        self,
+        columns: FloatArray,
+        inputs: FloatArray,
+        start: Start | None,
+        walked: StatusArray | int,
+        within: float | None,
+        sound: BoolArray | None,
+    ) -> tuple[StatusArray, FloatArray | None]:
+        """Verdicts by residual and conditioning, and iterated coordinates (m, n) as they were
+        before those that lock became NaN, where any may have.
+        """
+        found: FloatArray | None = None
+        status = classify(columns, self.layout)
+        singular = bool(status.any()) and bool((status == Status.SINGULAR).any())
+        if self._iterated and (singular or self.layout.triples):
+            found = columns[self.layout.found[0]]
+        if not isinstance(walked, int) or walked:
+            status = np.where(walked, walked, status).astype(np.int8)
+        if sound is not None:
+            bad = np.isin(status, (Status.CONVERGED, Status.SINGULAR)) & ~sound
+            status[bad] = Status.OUT_OF_REACH
+        if singular:
+            self._atlas.exchange(columns, inputs, status)
+        if within is not None and start is not None and self._iterated:
+            begun = start.found if start.found.ndim == 2 else start.found[:, None]
+            ended = columns[self.layout.found[0]] if found is None else found
+            near = np.abs(ended - begun).max(axis=0) <= within
+            status[np.isin(status, SOLVED) & ~near] = Status.BRANCH_CHANGE
+        if self.layout.triples:
+            undefined = blank_undefined(columns, self.layout)
+            status[undefined & (status == Status.CONVERGED)] = Status.ANGLES_UNDEFINED
+        return status, found
 
-    def _transferred(self, out: FloatArray, column: int, chart: Chart, found: FloatArray) -> Status:
-        """Write what another chart found, angles by full turns nearest to what stands there."""
-        undefined = bool(blank_undefined(found, chart.layout)[0])
-        told = self._told([Piece(0, 1, chart, found)], 1)[:, 0]
-        before = out[self.angle_rows, column]
-        for order, rows in enumerate(self._told_rows[: 1 + self.derivatives]):
-            out[rows, column] = told[self.told.order(order)]
-        out[self._outputs.figures, column] = found[chart.outputs.figures, 0]
-        turns = np.round((before - out[self.angle_rows, column]) / (2 * np.pi))
-        out[self.angle_rows, column] += 2 * np.pi * turns
-        return Status.ANGLES_UNDEFINED if undefined else Status.CONVERGED
-
-    @cached_property
+    @property
     def angle_rows(self) -> list[int]:
         """Rows of `coordinates` that are angles."""
-        angles = {c.name for c in self.graph.coordinates if c.angle}
-        return [row for row, name in enumerate(self.coordinates) if name in angles]
+        return self._atlas.angle_rows
 
     def _tick(
         self,
@@ -319,87 +250,6 @@ class Solver:
         """Rows of the last derivative, which is no number where the others are none."""
         return self._told_rows[self.derivatives]
 
-    def _inputs_of(
-        self,
-        y: ArrayLike,
-        yd: ArrayLike | None,
-        ydd: ArrayLike | None,
-        yddd: ArrayLike | None,
-    ) -> FloatArray:
-        k = len(self.driven)
-        first = _numbers(y, "y")
-        if first.ndim not in (1, 2) or first.shape[0] != k:
-            raise InputError("y", f"shape {first.shape}", f"({k},) or ({k}, n): one row per driven")
-        parts = [first]
-        rates = (("yd", yd), ("ydd", ydd), ("yddd", yddd))
-        for name, given in rates[: self.derivatives]:
-            part = np.zeros_like(first) if given is None else _numbers(given, name)
-            if part.shape != first.shape:
-                raise InputError(name, f"shape {part.shape}", f"{first.shape}, that of y")
-            parts.append(part)
-        return np.ascontiguousarray(np.concatenate(parts) if len(parts) > 1 else first)
-
-    def _start_of(self, guess: ArrayLike | Tick, shape: tuple[int, ...]) -> _Start:
-        """A guess in parts. Raises InputError where it does not fit poses of this shape."""
-        tick = guess if isinstance(guess, Tick) else None
-        n = self.layout.reported
-        if isinstance(guess, np.ndarray) and guess.shape == (n, *shape) and not self._hidden:
-            return _Start(guess, guess[self.layout.found[0]])
-        position = _numbers(guess, "guess") if tick is None else self._defined(tick)  # type: ignore[arg-type]
-        if position.shape not in ((n,), (n, *shape)):
-            each = f" or ({n}, {shape[0]})" if shape else ""
-            expected = f"({n},){each}: one row per coordinate"
-            raise InputError("guess", f"shape {position.shape}", expected)
-        if self._hidden and tick is None:
-            names = ", ".join(self._hidden)
-            expected = f"a Tick, since {names} are iterated and not among the coordinates"
-            raise InputError("guess", "positions alone", expected)
-        if tick is None or not (self._hidden or len(tick.found)):
-            return _Start(position, position[self.layout.found[0]])
-        if tick.found.shape != (len(self._iterated), *position.shape[1:]):
-            raise InputError("guess", "a Tick of another solver", "one of this solver's own")
-        return _Start(position, tick.found)
-
-    def _defined(self, tick: Tick) -> FloatArray:
-        """Positions of a tick, those angles at home that are not defined there."""
-        undefined = np.asarray(tick.status) == Status.ANGLES_UNDEFINED
-        if not undefined.any():
-            return tick.position
-        home = np.array([self.home[name] for name in self.coordinates])
-        home = home if tick.position.ndim == 1 else home[:, None]
-        return np.where(undefined & np.isnan(tick.position), home, tick.position)
-
-    def _turned_to(self, out: FloatArray, start: _Start) -> bool:
-        """Turn angles to within half a turn of the guess. Returns whether all guesses are sound,
-        as far as can be told at a glance.
-        """
-        rows, guess, alone = self._told_angles, start.position, out.ndim == 1
-        if alone and not self._hidden and _distance(guess, out[: len(guess)]) <= 3.0:
-            return True  # which is false of NaN
-        if len(rows):
-            near = guess[:, None] if guess.ndim < out.ndim else guess
-            drift = (near[rows] - out[rows]) * (0.5 / np.pi)
-            if not np.abs(drift).max(initial=0.0) <= 0.5:  # true of NaN, in whatever column
-                out[rows] += 2 * np.pi * np.round(drift)
-                return False
-        return _tame(guess, start.found) if self._hidden else _tame(guess)
-
-    def _sound(self, inputs: FloatArray, start: _Start | None) -> BoolArray:
-        """Which columns are numbers, and in a guess have not lost the digits of their turns."""
-        told: BoolArray = np.logical_and.reduce(np.isfinite(inputs.reshape(len(inputs), -1)))
-        if start is None:
-            return told
-        guess, found = (a if a.ndim == 2 else a[:, None] for a in start)
-        numbers = np.concatenate([guess, found])
-        angles = np.abs(guess[self._told_angles])
-        sound: BoolArray = np.isfinite(numbers).all(axis=0)
-        return told & sound & (angles < 2 * np.pi * TURNS).all(axis=0)
-
-    @cached_property
-    def _told_angles(self) -> IndexArray:
-        rows: IndexArray = self.layout.angles[self.layout.angles < self.layout.reported]
-        return rows
-
     @cached_property
     def _cone_rows(self) -> list[int]:
         """Where cone angles are, whose rates are none where an angle is exactly zero."""
@@ -411,7 +261,7 @@ class Solver:
         self, inputs: FloatArray, guess: FloatArray | None
     ) -> tuple[FloatArray, StatusArray | int]:
         """Outputs, and where there is no guess what became of the walk from home."""
-        guess = None if guess is None else self._off_the_lock(guess)
+        guess = None if guess is None else off_the_lock(self._locks, guess)
         if inputs.ndim == 1 and guess is not None:
             alone = self._chart.alone(inputs, guess)
             if alone[self._outputs.residual] <= CLOSED * alone[self._outputs.size]:
@@ -419,112 +269,17 @@ class Solver:
         columns = inputs[:, None] if inputs.ndim == 1 else inputs
         walked: StatusArray | None = None
         if guess is None:
-            walker = self._chart.walker
-            goal = columns[: len(self.driven)]
-            steps, walked = walk(walker, self._home_state(), goal, self._units)
-            start = steps[walker.layout.found[0]]
-            if walked.any():
-                for column in self._held_up(walker, steps, walked, goal):
-                    found = self._tracked(goal[:, column])
-                    if found is not None:
-                        start[:, column], walked[column] = found, Status.CONVERGED
+            start, walked = from_home(self._atlas, self._locks, columns[: len(self.driven)])
         else:
             start = guess[:, None] if guess.ndim == 1 else guess
             if start.shape[1] != columns.shape[1]:
                 start = np.broadcast_to(start, (len(start), columns.shape[1]))
         out = iterate(self._chart, columns, start)
         if self._locks:
-            self._tried_again(out, columns, start)
+            try_again(self._chart, self._locks, out, columns, start)
         if inputs.ndim == 1:
             return out[:, 0], 0 if walked is None else int(walked[0])
         return out, 0 if walked is None else walked
-
-    def _held_up(
-        self, walker: Chart, steps: FloatArray, walked: StatusArray, goal: FloatArray
-    ) -> IndexArray:
-        """Columns in which the walk from home may have ended where only the plan is singular: near
-        a lock, or at a figure near zero while nothing goes as fast as at an end of reach.
-        """
-        layout, start = walker.layout, self._home_state().driven[0][:, None]
-        pace = np.abs((goal - start) / self._units[:, None]).max(axis=0)
-        rates = np.abs(steps[layout.found[1]] / layout.units[:, None]).max(axis=0)
-        slow = (np.abs(steps[layout.outputs.conditioning]) < _POOR) & (rates < _CALM * pace)
-        near = slow | self._near_lock(steps[layout.found[0]])
-        return np.flatnonzero((walked != 0) & near & (pace < TURNS))
-
-    def _near_lock(self, found: FloatArray) -> BoolArray:
-        """Which columns of iterated coordinates (m, n) are near where three angles lock."""
-        near = np.zeros(found.shape[1], dtype=bool)
-        for row, lock in self._locks:
-            near |= np.abs(_beyond(found[row], lock)) < _NEAR
-        return near
-
-    def _tracked(self, y: FloatArray) -> FloatArray | None:
-        """Iterated coordinates (m,) at a pose that the walk from home did not reach, by the same
-        way as a motion, which goes on with other charts; none if that does not arrive either.
-        """
-        home = self._home_state()
-        laws = {
-            name: polynomial345(begin, by, 1.0)
-            for name, begin, by in zip(self.driven, home.driven[0], y - home.driven[0], strict=True)
-        }
-        straight = from_laws("straight", laws, 1.0, 1.0)
-        track = Track(self._chart, Course(straight), home, self._units, self._others)
-        pieces, status = track.solve(straight.samples(), parallel=False)
-        if status[-1] != Status.CONVERGED:
-            return None
-        chart = pieces[-1].chart
-        q = self._chart.coordinates_at(chart.configuration(y, pieces[-1].out[:, -1]))
-        return np.array([q[k] - self.plan.offset(k) for k in self._iterated])
-
-    def _tried_again(self, out: FloatArray, inputs: FloatArray, start: FloatArray) -> None:
-        """Where Newton's steps came from near a lock to no number they may have met it exactly, and
-        begun a little further off will not.
-        """
-        if not np.isnan(out[self._outputs.residual]).any():
-            return
-        near = self._near_lock(start)
-        for times in (1, 2, 3):
-            lost = np.flatnonzero(near & np.isnan(out[self._outputs.residual]))
-            if not len(lost):
-                return
-            begun = start[:, lost]
-            for row, _ in self._locks:
-                begun[row] += times * _BESIDE
-            out[:, lost] = iterate(self._chart, inputs[:, lost], begun)
-
-    def _off_the_lock(self, found: FloatArray) -> FloatArray:
-        """Iterated coordinates (m,) or (m, n), a little to the side of where three angles lock:
-        Newton's steps find back from there, and lead nowhere from the lock itself.
-        """
-        for row, lock in self._locks:
-            angle = found[row]
-            most = abs(float(angle)) if angle.ndim == 0 else np.abs(angle).max(initial=0.0)
-            if most < lock - 0.1:
-                continue  # all well clear, as nearly always
-            off = _beyond(angle, lock)
-            near = np.abs(off) < _BESIDE
-            if near.any():
-                found = found.copy()
-                found[row] += np.where(near, np.copysign(_BESIDE, off), 0.0)
-        return found
-
-    @cached_property
-    def _locks(self) -> list[tuple[int, float]]:
-        """Of joints whose three angles are iterated, where the second is found and where it locks,
-        but for half turns.
-        """
-        joints = [joint for joint in self.plan.graph.joints if len(joint.turns) == 3]
-        return [
-            (self._iterated.index(joint.turns[1]), 0.0 if joint.proper else 0.5 * np.pi)
-            for joint in joints
-            if set(joint.turns) <= set(self._iterated)
-        ]
-
-    @cached_property
-    def _units(self) -> FloatArray:
-        """Of driven coordinates: 1 for angles, else the characteristic length."""
-        return coordinate_scales(self.graph)[list(self.plan.driven)]
 
     def poses(self, y: ArrayLike, tick: Tick) -> tuple[FloatArray, FloatArray]:
         """Where every body stands at a pose that `at` gave for `y`, (k,).
@@ -537,7 +292,7 @@ class Solver:
         points = points_of(self.graph, True)
         samples = Samples(np.zeros(1), place, zero, zero)
         known = tick.found if len(tick.found) else tick.position[self.layout.found[0]]
-        found = self._off_the_lock(known)[:, None]
+        found = off_the_lock(self._locks, known)[:, None]
         blocks = self._chart.figures(points, samples, found, False).reshape(len(points), POINT, 1)
         return blocks[:, POSITION, 0], quaternions(blocks[:, ORIENTATION], None)[0]
 
@@ -589,7 +344,9 @@ class Solver:
         motion = self._driving(motion)
         points = points_of(self.graph, bodies)
         course = Course(motion)
-        track = Track(self._chart, course, self._home_state(), self._units, self._others)
+        track = Track(
+            self._chart, course, home_state(self._chart), self._atlas.units, self._atlas.others
+        )
         last: xr.Dataset | None = None
         for start in range(0, motion.count, size):
             samples = motion.window(start, min(start + size, motion.count))
@@ -600,9 +357,9 @@ class Solver:
             for start_, stop, chart, found in pieces:
                 undefined = blank_undefined(found, chart.layout)
                 status[start_:stop][undefined] = Status.ANGLES_UNDEFINED
-            out = self._told(pieces, len(status))
+            out = self._atlas.reported(pieces, len(status))
             self._limit(out, status)
-            figures = self._figures(points, pieces, samples, parallel) if points else None
+            figures = self._atlas.figures(points, pieces, samples, parallel) if points else None
             ds = dataset(
                 self._labels, motion, samples.time, out, status, list(points), figures, last
             )
@@ -635,41 +392,6 @@ class Solver:
             )
         return motion.reordered(self.driven)
 
-    def _others(self, chart: Chart, at: Configuration) -> Iterator[Chart]:
-        """Charts that may serve at a configuration where one does no more."""
-        yield from [other for other in self._charts if other is not chart]
-        made = chart.another(at)
-        if made is not None:
-            self._charts.append(made)
-            yield made
-            self._charts.remove(made)  # it did not serve
-
-    def _told(self, pieces: Sequence[Piece], n: int) -> FloatArray:
-        """What is reported of samples, all orders, then the checks; NaN where not solved."""
-        told = self.told
-        if len(pieces) == 1 and told == self._outputs:
-            piece = pieces[0]
-            if piece.chart is self._chart and piece.stop - piece.start == n:
-                return piece.out
-        out = np.full((told.count, n), np.nan)
-        for start, stop, chart, found in pieces:
-            rows = chart.outputs
-            for order in range(1 + told.derivatives):
-                known = found[rows.order(order)]
-                out[told.order(order), start:stop] = known[: len(told.coordinates)]
-            out[told.figures, start:stop] = found[rows.figures]
-            out[told.conditioning, start:stop] *= chart.share
-        return out
-
-    def _figures(
-        self, points: Points, pieces: Sequence[Piece], samples: Samples, parallel: bool
-    ) -> FloatArray:
-        figures = np.full((POINT * len(points), len(samples.time)), np.nan)
-        for start, stop, chart, found in pieces:
-            inside, guess = samples.cropped(start, stop), found[chart.layout.found[0]]
-            figures[:, start:stop] = chart.figures(points, inside, guess, parallel)
-        return figures
-
     def _limit(self, out: FloatArray, status: StatusArray) -> None:
         rows, low, high = self._limited
         outside = ((out[rows] < low) | (out[rows] > high)).any(axis=0)
@@ -682,50 +404,3 @@ class Solver:
         limits = np.array([self.graph.limits(name) for name in self.coordinates]).reshape(-1, 2)
         rows = np.flatnonzero(np.isfinite(limits).any(axis=1))
         return rows, limits[rows, :1], limits[rows, 1:]
-
-
-def _tame(*numbers: FloatArray) -> bool:
-    """Whether all are numbers, and none so large that accelerations might overflow."""
-    if numbers[0].ndim == 1:
-        return all(math.hypot(*some.tolist()) < _WILD for some in numbers)  # false of NaN
-    with np.errstate(over="ignore", invalid="ignore"):
-        for some in numbers:
-            flat = some.ravel()
-            if not flat.dot(flat) < _WILD * _WILD:
-                return False
-    return True
-
-
-def _beyond(angle: FloatArray, lock: float) -> FloatArray:
-    """How far angles are beyond the nearest of the places, half a turn apart, where they lock."""
-    with np.errstate(invalid="ignore"):
-        off: FloatArray = np.remainder(angle - lock + 0.5 * np.pi, np.pi) - 0.5 * np.pi
-    return off
-
-
-def _distance(one: FloatArray, other: FloatArray) -> float:
-    return math.dist(one.tolist(), other.tolist())
-
-
-class _Start(NamedTuple):
-    """A guess: positions as reported, and iterated coordinates."""
-
-    position: FloatArray
-    found: FloatArray
-
-
-def _numbers(values: ArrayLike, name: str) -> FloatArray:
-    try:
-        return np.asarray(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InputError(name, str(error), "numbers") from None
-
-
-def home_values(graph: Graph, plan: Plan) -> dict[str, float]:
-    """Position of every coordinate at home, as it is counted, and every cone angle."""
-    home = {c.name: float(plan.home[k]) - plan.offset(k) for k, c in enumerate(graph.coordinates)}
-    circuits = circuits_at(plan.graph, plan.tree, plan.home)
-    for name, (joint, _) in plan.graph.cones.items():
-        end = closure.ends(circuits, joint)
-        home[name] = float(closure.cone(circuits, joint, end, FLOATS, derivatives=0)[0])
-    return home

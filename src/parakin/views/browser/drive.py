@@ -19,8 +19,9 @@ from parakin.arrays import BoolArray, FloatArray
 from parakin.errors import InputError, ParakinError
 from parakin.model.mechanism import Mechanism
 from parakin.solving.compiler import compile as compile_mechanism
-from parakin.solving.solver import Solver, Tick
+from parakin.solving.solver import Solver
 from parakin.solving.status import Status
+from parakin.solving.tick import Tick
 
 _SLIDE = 0.5  # of the characteristic length: how far slides are asked to go without limits
 _TILT = math.radians(45)  # how far the platform is

@@ -1,7 +1,7 @@
 """The solver against the oracle: what it answers closes, and it stops where the mechanism does.
 
 Numbers come from `oracle`, which goes along joints with plain rotation matrices. More than a test
-can try: `python tests/oracle.py --long SEED ...`.
+can try: `python tests/oracles/oracle.py --long SEED ...`.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """An oracle of its own: what closes, how far a slow hand gets, what coarse sampling makes of it.
 
 Nothing of the engine is used but a mechanism's data: joint frames in numbers, names, home. Run
-`python tests/oracle.py SEED ...` for a short campaign on these seeds, with `--long` for a long one
-(some minutes a seed), with `--only NAME ...` on some mechanisms of the catalogue.
+`python tests/oracles/oracle.py SEED ...` for a short campaign on these seeds, with `--long` for a
+long one (some minutes a seed), with `--only NAME ...` on some mechanisms of the catalogue.
 """
 
 from __future__ import annotations

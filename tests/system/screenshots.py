@@ -1,4 +1,4 @@
-"""Screenshots of the whole catalogue on the viewer's page: python tests/screenshots.py FOLDER."""
+"""The whole catalogue on the viewer's page: `python tests/system/screenshots.py FOLDER`."""
 
 from __future__ import annotations
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from engines import MujocoTwin
 from hypothesis import HealthCheck, Phase, given, settings
+from literature import JACK
 from random_mechanisms import Example, examples
-from test_from_literature import JACK
 
 import parakin
 from parakin.analysis.mobility import mobility

@@ -13,7 +13,7 @@ import pytest
 import parakin
 from parakin.files.reading import mechanism_from_table
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.repository
 
 

@@ -1,7 +1,7 @@
 """One rule for all that is followed: change points, folds, plans that die, angles that lock, and
 nothing that depends on how a motion was sampled, windowed or formulated.
 
-Right answers come from closed forms of the linkages and from `tests/oracle.py`.
+Right answers come from closed forms of the linkages and from `tests/oracles/oracle.py`.
 """
 
 from __future__ import annotations
@@ -524,11 +524,27 @@ def test_the_walk_from_home_passes_where_angles_lock(angle: float) -> None:
 
 
 def test_a_chart_that_does_not_serve_is_forgotten() -> None:
-    solver = parakin.compile("four-bar")
-    (chart,) = solver._charts
+    atlas = parakin.compile("four-bar")._atlas
+    chart = atlas.home
     at = chart.configuration(np.array([0.3]), chart.run(np.array([[0.3], [0.0], [0.0]]))[:, 0])
-    assert [made.plan.driven for made in solver._others(chart, at)] == [chart.plan.driven]
-    assert solver._charts == [chart]
+    (made,) = atlas.others(chart, at)
+    assert made is not chart
+    (again,) = atlas.others(chart, at)
+    assert again is not made
+
+
+@pytest.mark.parametrize("derivatives", [0, 1, 2, 3])
+def test_positions_alone_go_on_with_other_charts_too(derivatives: int) -> None:
+    """Where angles lock and without a guess: what is known beside positions does not matter."""
+    solver = parakin.compile("wrist-on-delta", WRIST, derivatives=derivatives)
+    home = np.array([solver.home[c] for c in WRIST])
+    turned = home + 2.0 * (np.array(WRIST) == "W2")
+    whole = parakin.compile("wrist-on-delta", WRIST)
+    tick, right = solver.at(turned), whole.at(turned)
+    assert (tick.status, right.status) == (0, 0)
+    np.testing.assert_allclose(tick.position, right.position, atol=1e-12)
+    lock = home + 0.5 * np.pi * (np.array(WRIST) == "W2")
+    assert (solver.at(lock).status, whole.at(lock).status) == (8, 8)
 
 
 HEXAPOD = "octahedral-hexapod", [f"P{i}" for i in range(1, 7)]

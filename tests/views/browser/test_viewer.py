@@ -435,7 +435,10 @@ def test_pages_of_other_sites_are_refused(browser: Any) -> None:
 
 
 def test_ctrl_c_is_how_it_ends() -> None:
-    view = [sys.executable, "-m", "parakin", "view", "four-bar", "--port", "0"]
+    # What a shell starts in the background, these tests perhaps, is told to ignore Ctrl-C.
+    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    start = f"{heard}; import sys; from parakin.cli.main import main; sys.exit(main())"
+    view = [sys.executable, "-c", start, "view", "four-bar", "--port", "0"]
     process = subprocess.Popen(view, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout is not None
     said = process.stdout.readline()

@@ -23,7 +23,7 @@ FAMILIES = {
     "Motion platforms",
     "Hybrids",
 }
-DOCUMENT = Path(__file__).parents[1] / "docs" / "published.md"
+DOCUMENT = Path(__file__).parents[2] / "docs" / "published.md"
 
 
 @pytest.mark.parametrize(("case", "figure"), FIGURES)
@@ -46,5 +46,5 @@ def test_a_wider_bound_is_explained() -> None:
 
 @pytest.mark.repository
 def test_the_document_holds_the_tables_of_the_cases() -> None:
-    """`python tests/published_cases.py` prints what follows its introduction."""
+    """`python tests/oracles/published_cases.py` prints what follows its introduction."""
     assert DOCUMENT.read_text("utf-8").partition("\n## ")[2] == tables().removeprefix("## ")

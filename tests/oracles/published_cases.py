@@ -1,7 +1,7 @@
 """Figures that others have published, and what parakin makes of the same mechanisms.
 
 Each case says where its figures stand and computes ours through the public interface.
-`python tests/published_cases.py` prints the tables of docs/published.md. A figure is quoted as
+`python tests/oracles/published_cases.py` prints the tables of docs/published.md. A figure is quoted as
 its source prints it, or cut to fewer digits where the source says less than it prints; the case
 then says so.
 """
@@ -16,9 +16,9 @@ from functools import cache, cached_property, partial
 import closed_form
 import numpy as np
 import xarray as xr
+from literature import GOLDBERG
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
-from test_from_literature import GOLDBERG
 
 import parakin
 from parakin.analysis.mobility import Mobility, mobility

@@ -1,0 +1,131 @@
+"""The atlas of a solver: home's chart, and others made further on where that one does not serve."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from parakin.arrays import FloatArray, StatusArray
+from parakin.kernel.pose import unknowns_of
+from parakin.kernel.rows import POINT, Outputs
+from parakin.kinematics.assembly import Configuration, coordinate_scales
+from parakin.motion.motion import Samples
+from parakin.solving.bodies import Points
+from parakin.solving.charts import Chart, beside
+from parakin.solving.status import Status, blank_undefined
+from parakin.solving.tracking import Piece
+from parakin.solving.walking import FIRM, conditioning_beside, iterate, taken_over
+
+
+class Atlas:
+    """`home`: the chart made at home. `told`: what is reported of the outputs of any of them."""
+
+    def __init__(self, home: Chart, told: Outputs) -> None:
+        self.home, self.told = home, told
+        self._made: list[Chart] = []
+
+    @cached_property
+    def followed(self) -> Chart:
+        """Home's chart, with all that a motion is followed by: whatever is solved for, and two
+        derivatives. A solver of positions alone has it compiled when first it is needed.
+        """
+        home, solved = self.home, unknowns_of(self.home.plan)
+        known = home.outputs.coordinates
+        if home.outputs.derivatives > 1 and home.outputs.checks and {*solved} <= {*known}:
+            return home
+        chosen = self.told.coordinates
+        outputs = Outputs((*chosen, *beside(home.plan, chosen, solved)), derivatives=2)
+        return Chart(home.plan, outputs, len(chosen), home.machine_code)
+
+    @cached_property
+    def units(self) -> FloatArray:
+        """Of driven coordinates: 1 for angles, else the characteristic length."""
+        plan = self.home.plan
+        return coordinate_scales(plan.graph.plain)[list(plan.driven)]
+
+    @cached_property
+    def angle_rows(self) -> list[int]:
+        """Rows of what is reported that are angles."""
+        known = self.home.plan.graph.plain.coordinates
+        return [
+            row
+            for row, k in enumerate(self.told.coordinates)
+            if isinstance(k, int) and k < len(known) and known[k].angle
+        ]
+
+    def others(self, chart: Chart, at: Configuration) -> Iterator[Chart]:
+        """Charts that may serve at a configuration where one does no more."""
+        yield from [other for other in (self.followed, *self._made) if other is not chart]
+        made = chart.another(at)
+        if made is not None:
+            self._made.append(made)
+            yield made
+            self._made.remove(made)  # it did not serve
+
+    def reported(self, pieces: Sequence[Piece], n: int) -> FloatArray:
+        """What is reported of n samples, all orders, then the checks; NaN where not solved."""
+        told = self.told
+        if len(pieces) == 1 and told == self.home.outputs:
+            piece = pieces[0]
+            if piece.chart is self.home and piece.stop - piece.start == n:
+                return piece.out
+        out = np.full((told.count, n), np.nan)
+        for start, stop, chart, found in pieces:
+            rows = chart.outputs
+            for order in range(1 + told.derivatives):
+                known = found[rows.order(order)]
+                out[told.order(order), start:stop] = known[: len(told.coordinates)]
+            out[told.figures, start:stop] = found[rows.figures]
+            out[told.conditioning, start:stop] *= chart.share
+        return out
+
+    def figures(
+        self, points: Points, pieces: Sequence[Piece], samples: Samples, parallel: bool
+    ) -> FloatArray:
+        """`rows.POINT` figures a point, (rows, n)."""
+        figures = np.full((POINT * len(points), len(samples.time)), np.nan)
+        for start, stop, chart, found in pieces:
+            inside, guess = samples.cropped(start, stop), found[chart.layout.found[0]]
+            figures[:, start:stop] = chart.figures(points, inside, guess, parallel)
+        return figures
+
+    def exchange(self, out: FloatArray, inputs: FloatArray, status: StatusArray) -> None:
+        """Write what other charts say of closed poses (columns) where only home's is singular."""
+        chart, orders = self.followed, len(self.followed.layout.found)
+        given = inputs.reshape(1 + self.told.derivatives, len(chart.plan.driven), -1)
+        for column in np.flatnonzero(status == Status.SINGULAR).tolist():
+            here = np.zeros((orders, given.shape[1], 1))
+            here[: len(given), :, 0] = given[:, :, column]
+            known = out[:, [column]]
+            if chart is not self.home:
+                known = iterate(chart, here.reshape(-1, 1), known[self.home.layout.found[0]])
+            at = chart.configuration(here[0, :, 0], known[:, 0])
+            firm = chart.firm(at) if np.isfinite(at.q).all() else 0.0
+            if not firm > FIRM:
+                continue
+            for other in self.others(chart, at):
+                found = taken_over(other, here, at)
+                if found is None:
+                    continue
+                figure = conditioning_beside(chart, other, here, found, self.units)
+                if figure > 0.0:
+                    found[other.outputs.conditioning] = min(1.0, firm)
+                    status[column] = self._transfer(out, column, other, found)
+                elif figure < 0.0:
+                    status[column] = Status.BRANCH_CHANGE
+                break
+
+    def _transfer(self, out: FloatArray, column: int, chart: Chart, found: FloatArray) -> Status:
+        """Write what another chart found, angles by full turns nearest to what stands there."""
+        undefined = bool(blank_undefined(found, chart.layout)[0])
+        rows, count = self.home.outputs, len(self.told.coordinates)
+        before = out[self.angle_rows, column]
+        for order in range(1 + rows.derivatives):
+            begin = rows.order(order).start
+            out[begin : begin + count, column] = found[chart.outputs.order(order), 0][:count]
+        out[rows.figures, column] = found[chart.outputs.figures, 0]
+        turns = np.round((before - out[self.angle_rows, column]) / (2 * np.pi))
+        out[self.angle_rows, column] += 2 * np.pi * turns
+        return Status.ANGLES_UNDEFINED if undefined else Status.CONVERGED

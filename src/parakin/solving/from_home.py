@@ -1,0 +1,91 @@
+"""From home to poses that come without a guess, straight, and on with other charts if need be."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from parakin.algebra.spatial import FLOATS
+from parakin.arrays import FloatArray, IndexArray, StatusArray
+from parakin.kernel.pose import newton_unknowns
+from parakin.kinematics import closure
+from parakin.kinematics.assembly import circuits_at
+from parakin.model.graph import Graph
+from parakin.motion.course import Course
+from parakin.motion.laws import from_laws, polynomial345
+from parakin.planning.plan import Plan
+from parakin.solving.atlas import Atlas
+from parakin.solving.charts import Chart
+from parakin.solving.locks import Locks, near_lock
+from parakin.solving.status import TURNS, Status
+from parakin.solving.tracking import Track
+from parakin.solving.walking import State, walk
+
+# Figure of a plan whose sign is about to change; at an end of reach it is left sooner.
+_POOR = 2e-3
+_CALM = 30.0  # times what is driven: what goes no faster is not at an end of reach
+
+
+def home_state(chart: Chart) -> State:
+    """Where a chart was made, at rest."""
+    plan, iterated = chart.plan, newton_unknowns(chart.plan)
+    orders = 1 + chart.outputs.derivatives
+    driven, found = np.zeros((orders, len(plan.driven))), np.zeros((orders, len(iterated)))
+    driven[0] = [plan.home[k] - plan.offset(k) for k in plan.driven]
+    found[0] = [plan.home[k] - plan.offset(k) for k in iterated]
+    return State(driven, found)
+
+
+def home_values(graph: Graph, plan: Plan) -> dict[str, float]:
+    """Position of every coordinate at home, as it is counted, and every cone angle."""
+    home = {c.name: float(plan.home[k]) - plan.offset(k) for k, c in enumerate(graph.coordinates)}
+    circuits = circuits_at(plan.graph, plan.tree, plan.home)
+    for name, (joint, _) in plan.graph.cones.items():
+        end = closure.ends(circuits, joint)
+        home[name] = float(closure.cone(circuits, joint, end, FLOATS, derivatives=0)[0])
+    return home
+
+
+def from_home(atlas: Atlas, locks: Locks, goal: FloatArray) -> tuple[FloatArray, StatusArray]:
+    """Iterated coordinates (m, n) from which poses `goal` (k, n) are found, and what became of the
+    way to each.
+    """
+    walker = atlas.home.walker
+    steps, walked = walk(walker, home_state(atlas.home), goal, atlas.units)
+    start = steps[walker.layout.found[0]]
+    if walked.any():
+        for column in _held_up(atlas, locks, steps, walked, goal):
+            found = _tracked(atlas, goal[:, column])
+            if found is not None:
+                start[:, column], walked[column] = found, Status.CONVERGED
+    return start, walked
+
+
+def _held_up(
+    atlas: Atlas, locks: Locks, steps: FloatArray, walked: StatusArray, goal: FloatArray
+) -> IndexArray:
+    """Columns in which the walk from home may have ended where only the plan is singular: near a
+    lock, or at a figure near zero while nothing goes as fast as at an end of reach.
+    """
+    layout, home = atlas.home.walker.layout, home_state(atlas.home).driven[0][:, None]
+    pace = np.abs((goal - home) / atlas.units[:, None]).max(axis=0)
+    rates = np.abs(steps[layout.found[1]] / layout.units[:, None]).max(axis=0)
+    slow = (np.abs(steps[layout.outputs.conditioning]) < _POOR) & (rates < _CALM * pace)
+    near = slow | near_lock(locks, steps[layout.found[0]])
+    return np.flatnonzero((walked != 0) & near & (pace < TURNS))
+
+
+def _tracked(atlas: Atlas, y: FloatArray) -> FloatArray | None:
+    """Iterated coordinates (m,) at a pose that the walk from home did not reach, by the same way as
+    a motion, which goes on with other charts; none if that does not arrive either.
+    """
+    chart = atlas.followed
+    home = home_state(chart)
+    ways = enumerate(zip(home.driven[0], y, strict=True))
+    laws = {str(k): polynomial345(begin, end - begin, 1.0) for k, (begin, end) in ways}
+    straight = from_laws("straight", laws, 1.0, 1.0)
+    track = Track(chart, Course(straight), home, atlas.units, atlas.others)
+    pieces, status = track.solve(straight.samples(), parallel=False)
+    if status[-1] != Status.CONVERGED:
+        return None
+    q = chart.coordinates_at(pieces[-1].chart.configuration(y, pieces[-1].out[:, -1]))
+    return np.array([q[k] - chart.plan.offset(k) for k in newton_unknowns(chart.plan)])

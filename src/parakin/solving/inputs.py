@@ -1,0 +1,139 @@
+"""What `at` is given: driven values with their rates, and guesses; their shapes and soundness."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from parakin.arrays import BoolArray, FloatArray, IndexArray
+from parakin.errors import InputError
+from parakin.solving.status import TURNS, Layout, Status
+from parakin.solving.tick import Tick
+
+_WILD = 1e100  # numbers beyond this may overflow on the way to accelerations
+
+
+class Start(NamedTuple):
+    """A guess: positions as reported, and iterated coordinates."""
+
+    position: FloatArray
+    found: FloatArray
+
+
+def stacked(
+    driven: int, derivatives: int, y: ArrayLike, rates: Sequence[ArrayLike | None]
+) -> FloatArray:
+    """Driven values and their rates, one below the other. Raises InputError on shapes."""
+    k = driven
+    first = _numbers(y, "y")
+    if first.ndim not in (1, 2) or first.shape[0] != k:
+        raise InputError("y", f"shape {first.shape}", f"({k},) or ({k}, n): one row per driven")
+    parts = [first]
+    names = ("yd", "ydd", "yddd")
+    for name, given in zip(names[:derivatives], rates, strict=False):
+        part = np.zeros_like(first) if given is None else _numbers(given, name)
+        if part.shape != first.shape:
+            raise InputError(name, f"shape {part.shape}", f"{first.shape}, that of y")
+        parts.append(part)
+    return np.ascontiguousarray(np.concatenate(parts) if len(parts) > 1 else first)
+
+
+def tame(*numbers: FloatArray) -> bool:
+    """Whether all are numbers, and none so large that accelerations might overflow."""
+    if numbers[0].ndim == 1:
+        return all(math.hypot(*some.tolist()) < _WILD for some in numbers)  # false of NaN
+    with np.errstate(over="ignore", invalid="ignore"):
+        for some in numbers:
+            flat = some.ravel()
+            if not flat.dot(flat) < _WILD * _WILD:
+                return False
+    return True
+
+
+def _numbers(values: ArrayLike, name: str) -> FloatArray:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError(name, str(error), "numbers") from None
+
+
+def _distance(one: FloatArray, other: FloatArray) -> float:
+    return math.dist(one.tolist(), other.tolist())
+
+
+@dataclass(frozen=True)
+class Guesses:
+    """How a solver reads guesses. home: positions of reported coordinates there. iterated: names of
+    those that need a guess; hidden: which of them are not reported.
+    """
+
+    layout: Layout
+    home: FloatArray
+    iterated: tuple[str, ...]
+    hidden: tuple[str, ...]
+
+    def start_of(self, guess: ArrayLike | Tick, shape: tuple[int, ...]) -> Start:
+        """A guess in parts. Raises InputError where it does not fit poses of this shape."""
+        tick = guess if isinstance(guess, Tick) else None
+        n = self.layout.reported
+        if isinstance(guess, np.ndarray) and guess.shape == (n, *shape) and not self.hidden:
+            return Start(guess, guess[self.layout.found[0]])
+        position = _numbers(guess, "guess") if tick is None else self._defined(tick)  # type: ignore[arg-type]
+        if position.shape not in ((n,), (n, *shape)):
+            each = f" or ({n}, {shape[0]})" if shape else ""
+            expected = f"({n},){each}: one row per coordinate"
+            raise InputError("guess", f"shape {position.shape}", expected)
+        if self.hidden and tick is None:
+            names = ", ".join(self.hidden)
+            expected = f"a Tick, since {names} are iterated and not among the coordinates"
+            raise InputError("guess", "positions alone", expected)
+        if tick is None or not (self.hidden or len(tick.found)):
+            return Start(position, position[self.layout.found[0]])
+        if tick.found.shape != (len(self.iterated), *position.shape[1:]):
+            raise InputError("guess", "a Tick of another solver", "one of this solver's own")
+        return Start(position, tick.found)
+
+    def _defined(self, tick: Tick) -> FloatArray:
+        """Positions of a tick, those angles at home that are not defined there."""
+        undefined = np.asarray(tick.status) == Status.ANGLES_UNDEFINED
+        if not undefined.any():
+            return tick.position
+        home = self.home if tick.position.ndim == 1 else self.home[:, None]
+        return np.where(undefined & np.isnan(tick.position), home, tick.position)
+
+    def turned_to(self, out: FloatArray, start: Start) -> bool:
+        """Turn angles to within half a turn of the guess. Returns whether all guesses are sound,
+        as far as can be told at a glance.
+        """
+        rows, guess, alone = self._angles, start.position, out.ndim == 1
+        if alone and not self.hidden and _distance(guess, out[: len(guess)]) <= 3.0:
+            return True  # which is false of NaN
+        if len(rows):
+            near = guess[:, None] if guess.ndim < out.ndim else guess
+            drift = (near[rows] - out[rows]) * (0.5 / np.pi)
+            if not np.abs(drift).max(initial=0.0) <= 0.5:  # true of NaN, in whatever column
+                out[rows] += 2 * np.pi * np.round(drift)
+                return False
+        return tame(guess, start.found) if self.hidden else tame(guess)
+
+    def sound(self, inputs: FloatArray, start: Start | None) -> BoolArray:
+        """Which columns are numbers, and in a guess have not lost the digits of their turns."""
+        told: BoolArray = np.logical_and.reduce(np.isfinite(inputs.reshape(len(inputs), -1)))
+        if start is None:
+            return told
+        guess, found = (a if a.ndim == 2 else a[:, None] for a in start)
+        numbers = np.concatenate([guess, found])
+        angles = np.abs(guess[self._angles])
+        sound: BoolArray = np.isfinite(numbers).all(axis=0)
+        return told & sound & (angles < 2 * np.pi * TURNS).all(axis=0)
+
+    @cached_property
+    def _angles(self) -> IndexArray:
+        rows: IndexArray = self.layout.angles[self.layout.angles < self.layout.reported]
+        return rows
