@@ -17,6 +17,7 @@ The folders are the way of the data; each imports only what stands before it her
 - `analysis`: mobility, singularities
 - `exports`: models and code for other programs
 - `views`: figures, films, reports, schemes, the page in the browser
+- `verbs`: what each command does, as a function: `parakin.check`, `draw`, `plot`, ...
 - `cli`: the command line
 
 and `catalogue` is data. Names are looked up when first used, so that importing parakin costs
@@ -48,6 +49,17 @@ if TYPE_CHECKING:
     from parakin.solving.solver import Solver
     from parakin.solving.status import Status
     from parakin.solving.tick import Tick
+    from parakin.verbs import (
+        check,
+        draw,
+        export,
+        film,
+        plot,
+        record,
+        report,
+        save,
+        view,
+    )
 
 _ROOMS = {
     "catalogue": "files.reading",
@@ -55,6 +67,15 @@ _ROOMS = {
     "compile": "solving.compiler",
     "modes": "solving.modes",
     "singularities": "analysis.singularities",
+    "check": "verbs",
+    "draw": "verbs",
+    "export": "verbs",
+    "film": "verbs",
+    "plot": "verbs",
+    "record": "verbs",
+    "report": "verbs",
+    "save": "verbs",
+    "view": "verbs",
     "Solver": "solving.solver",
     "Tick": "solving.tick",
     "require_solved": "solving.results",
@@ -87,11 +108,20 @@ __all__ = [
     "Status",
     "Tick",
     "catalogue",
+    "check",
     "compile",
+    "draw",
+    "export",
+    "film",
     "load",
     "modes",
+    "plot",
+    "record",
+    "report",
     "require_solved",
+    "save",
     "singularities",
+    "view",
 ]
 
 
@@ -99,3 +129,7 @@ def __getattr__(name: str) -> Any:
     if name not in _ROOMS:
         raise AttributeError(f"module 'parakin' has no attribute {name!r}")
     return getattr(importlib.import_module(f"parakin.{_ROOMS[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

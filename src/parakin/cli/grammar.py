@@ -87,13 +87,20 @@ def parser() -> argparse.ArgumentParser:
     solve.add_argument("--jerk", action="store_true", help="the third derivative too")
     solve.add_argument("--bodies", action="store_true", help="every body's motion too")
     solve.add_argument("--all", action="store_true", help="joints outside the tree too")
-    solve.add_argument("--rate", metavar="HZ", type=_number, help="samples per second of a law")
-    solve.add_argument(
-        "--smooth", metavar="SIGMA", type=_number, help="noise of recorded positions, SI"
+    _add_sampling(solve)
+
+    pictures = (
+        ("plot", "plot a motion's time histories", "figure: .png, .svg or .pdf"),
+        ("film", "film a motion", "film: .mp4 or .gif"),
     )
-    solve.add_argument(
-        "--max-gap", metavar="S", type=_number, help="longest step allowed in recorded data"
-    )
+    for name, does, file in pictures:
+        picture = commands.add_parser(name, help=does)
+        _add_mechanism(picture)
+        picture.add_argument(
+            "motion", metavar="MOTION", help="a motion's name, or a TOML or CSV file"
+        )
+        picture.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help=file)
+        _add_sampling(picture)
 
     view = commands.add_parser("view", help="see a mechanism move in the browser")
     _add_mechanism(view)
@@ -143,6 +150,16 @@ def parser() -> argparse.ArgumentParser:
         help="what the C code solves for, by commas; the file's own if left out",
     )
     return top
+
+
+def _add_sampling(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--rate", metavar="HZ", type=_number, help="samples per second of a law")
+    command.add_argument(
+        "--smooth", metavar="SIGMA", type=_number, help="noise of recorded positions, SI"
+    )
+    command.add_argument(
+        "--max-gap", metavar="S", type=_number, help="longest step allowed in recorded data"
+    )
 
 
 def _add_mechanism(command: argparse.ArgumentParser) -> None:

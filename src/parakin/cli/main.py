@@ -51,21 +51,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _command(options: argparse.Namespace) -> int:
-    if options.command == "list":
-        return _list()
-    if options.command == "check":
-        return _check(options)
-    if options.command == "modes":
-        return _modes(options)
-    if options.command == "draw":
-        return _draw(options)
-    if options.command == "report":
-        return _report(options)
-    if options.command == "export":
-        return _export(options)
-    if options.command == "view":
-        return _view(options)
-    return _solve(options)
+    commands = {
+        "list": _list,
+        "check": _check,
+        "modes": _modes,
+        "solve": _solve,
+        "plot": _picture,
+        "film": _picture,
+        "draw": _draw,
+        "report": _report,
+        "view": _view,
+        "export": _export,
+    }
+    return commands[options.command](options)
 
 
 @contextmanager
@@ -100,7 +98,7 @@ def _console(*, stderr: bool = False, width: int | None = None) -> Console:
     )
 
 
-def _list() -> int:
+def _list(_: argparse.Namespace) -> int:
     from parakin.files.reading import catalogue, load
     from parakin.views.text import catalogue_table
 
@@ -215,13 +213,13 @@ def _modes(options: argparse.Namespace) -> int:
 
 def _draw(options: argparse.Namespace) -> int:
     from parakin.files.writing import check_writable
-    from parakin.model.graph import graph_of
-    from parakin.views.scheme import scheme
+    from parakin.verbs import draw
+    from parakin.views.scheme.scheme import check_scheme
 
-    scheme.check_scheme(options.output)
+    check_scheme(options.output)
     _refuse_input(options.output, (options.mechanism, options.loops))
     check_writable(options.output)
-    scheme.save(scheme.scheme(graph_of(_load(options))), options.output)
+    draw(_load(options), options.output)
     with _stdout_told():
         _console(width=_WIDE).print(f"wrote {options.output}", markup=False)
     return 0
@@ -307,6 +305,14 @@ def _solve(options: argparse.Namespace) -> int:
     if written:
         console.print(f"wrote {', '.join(written)}", markup=False)
     return 1 if run.found.first_flag is not None else 0
+
+
+def _picture(options: argparse.Namespace) -> int:
+    """A figure or a film alone, of a motion that is solved for it."""
+    unasked = {"output": None, "singularities": False, "jerk": False, "bodies": False, "all": False}
+    made = {"plot": None, "animate": None}
+    made["plot" if options.command == "plot" else "animate"] = options.output
+    return _solve(argparse.Namespace(**vars(options) | unasked | made))
 
 
 def _report(options: argparse.Namespace) -> int:

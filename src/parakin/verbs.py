@@ -1,0 +1,168 @@
+"""What each command does, as a function of the same name: the front of the rooms below.
+
+A mechanism may be given as one, as a name of the catalogue, or as a file. Where a path is given,
+what is written there is whole or not there at all; its suffix says what it becomes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from parakin.model.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from parakin.analysis.mobility import Mobility
+    from parakin.motion.motion import Motion
+    from parakin.solving.solver import Solver
+    from parakin.views.browser.viewer import Viewer
+
+
+def check(mechanism: Mechanism | str | Path) -> Mobility:
+    """Assemble a mechanism, and count and measure its mobility, redundancy and idle freedoms.
+
+    Raises InputError, AssemblyError.
+    """
+    from parakin.analysis.mobility import mobility
+    from parakin.kinematics.assembly import assembled
+    from parakin.model.graph import graph_of
+
+    graph = graph_of(_given(mechanism))
+    return mobility(graph, assembled(graph), len(graph.mechanism.driven))
+
+
+def draw(mechanism: Mechanism | str | Path, path: str | Path | None = None) -> Figure:
+    """The kinematic scheme at home, in the symbols of ISO 3952; written to `path`, if given, as
+    .svg, .pdf or .png. Raises InputError, AssemblyError.
+    """
+    from parakin.model.graph import graph_of
+    from parakin.views.scheme import scheme
+
+    if path is not None:
+        scheme.check_scheme(Path(path))
+    figure = scheme.scheme(graph_of(_given(mechanism)))
+    if path is not None:
+        scheme.save(figure, Path(path))
+    return figure
+
+
+def plot(
+    result: xr.Dataset,
+    path: str | Path | None = None,
+    *,
+    coordinates: Sequence[str] | None = None,
+    title: str = "",
+) -> Figure:
+    """Position, velocity, acceleration and, where known, jerk over time; written to `path`, if
+    given, as .png, .svg or .pdf.
+
+    coordinates: the actuated ones if not given, or all where none is. Raises InputError.
+    """
+    from parakin.views import plots
+
+    if path is not None:
+        plots.check_figure(Path(path))
+    figure = plots.histories(result, coordinates, title=title)
+    if path is not None:
+        plots.save(figure, Path(path))
+    return figure
+
+
+def film(solver: Solver, motion: Motion | str, path: str | Path) -> None:
+    """Solve a motion and film it, .mp4 or .gif. Raises InputError."""
+    from parakin.views import film as films
+    from parakin.views.solids.drawing import drawing_of
+
+    films.check_film(Path(path))
+    motion = solver.motion(motion) if isinstance(motion, str) else motion
+    result, mechanism = solver.solve(motion, bodies=True), solver.mechanism
+    title = f"{mechanism.name}, {motion.name}: {mechanism.title or 'a mechanism'}"
+    films.save(drawing_of(solver.graph), result, Path(path), mechanism.symbols, title)
+
+
+def report(mechanism: Mechanism | str | Path, motion: str | Path, path: str | Path) -> None:
+    """Write a page about a motion, one HTML file that needs no other. Raises InputError,
+    AssemblyError, DrivenError.
+    """
+    from parakin.solving.compiler import compile
+    from parakin.views import report as reports
+    from parakin.views.curves import peaks
+    from parakin.views.text import extremes
+
+    reports.check_report(Path(path))
+    solver = compile(_given(mechanism), coordinates="all")
+    moved = solver.motion(motion)
+    result = solver.solve(moved)
+    solved = reports.Solved(solver, moved, result, extremes(result), peaks(result))
+    made = f"parakin.report({solver.mechanism.name!r}, {moved.name!r}, {Path(path).name!r})"
+    reports.write(reports.report(solved, made, datetime.now().astimezone()), Path(path))
+
+
+def view(
+    mechanism: str | Path,
+    motions: Sequence[str | Path] = (),
+    *,
+    host: str = "127.0.0.1",
+    port: int = 8080,
+) -> AbstractContextManager[Viewer]:
+    """Serve a mechanism to browsers as long as the context lasts; `url` of what it gives says
+    where. motions: files that may be played beside the mechanism's own. Raises InputError.
+    """
+    from parakin.views.browser.repertoire import Repertoire
+    from parakin.views.browser.viewer import serving
+
+    shown = Repertoire(str(mechanism), motions=tuple(str(name) for name in motions))
+    return serving(shown, host, port)
+
+
+def export(
+    mechanism: Mechanism | str | Path, path: str | Path, driven: Sequence[str] | None = None
+) -> list[Path]:
+    """Write a mechanism for another program: .xml (MuJoCo), .urdf with a file of its loops, or .c
+    with its header and test; the paths written. If it fails, none is changed.
+
+    driven: what the C code solves for, the mechanism's own choice if not given.
+    Raises InputError, AssemblyError, DrivenError.
+    """
+    from parakin.exports.suffixes import export as exported
+
+    return exported(_given(mechanism), Path(path), driven)
+
+
+def save(result: xr.Dataset | Iterable[xr.Dataset], path: str | Path) -> None:
+    """Write a result, or the windows that `stream` gives, as .csv, .nc or .parquet.
+    Raises InputError.
+    """
+    import xarray as xr
+
+    from parakin.files import tables
+
+    tables.write([result] if isinstance(result, xr.Dataset) else result, Path(path))
+
+
+def record(mechanism: str | Path, motion: str, path: str | Path) -> None:
+    """Write a scene that plays a motion without a server, as one .html file. Raises InputError."""
+    from parakin.errors import InputError
+    from parakin.files.writing import replacing
+    from parakin.views.browser.recording import recorded
+    from parakin.views.browser.repertoire import Repertoire
+
+    repertoire = Repertoire(str(mechanism))
+    if Path(path).suffix.lower() not in (".html", ".htm"):
+        raise InputError(str(path), repr(Path(path).suffix), ".html")
+    shown = repertoire.load(str(mechanism))
+    text = recorded(shown, repertoire.play(shown, motion))
+    with replacing(Path(path)) as temporary:
+        temporary.write_text(text, "utf-8", newline="\n")
+
+
+def _given(mechanism: Mechanism | str | Path) -> Mechanism:
+    from parakin.files.reading import load
+
+    return mechanism if isinstance(mechanism, Mechanism) else load(mechanism)
