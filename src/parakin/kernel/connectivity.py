@@ -84,26 +84,26 @@ def substituted(
             k: sub(0.0, value) for k, value in zip(block.unknowns, solved.solutions[0], strict=True)
         }
         if block.form == "newton":
-            figure = mul(block.sign / block.lever, solved.conditioning)
+            figure = mul(block.sign / block.reference, solved.conditioning)
             figures.append((block, signed_square(figure, functions)))
     return found, figures
 
 
-def firmness(plan: Plan, circuits: Circuits, functions: Functions) -> Scalar:
-    """How firmly the loops hold the coordinates that are spared, being affine on this branch.
+def unsolved_volume(plan: Plan, circuits: Circuits, functions: Functions) -> Scalar:
+    """How firmly the loops hold coordinates that are affine on this branch and so not solved for.
 
     Each of them alone is given a unit rate, the unknowns follow, and what the closure rows then
-    drift spans a volume: zero where a spared coordinate could move as well. Its square is given.
+    drift spans a volume: zero where an unsolved coordinate could move as well. Its square is given.
     """
     systems = [System.of(circuits, block) for block in plan.blocks]
     rows = closure.all_rows(plan.graph, plan.tree)
     unknowns = [k for block in plan.blocks for k in block.unknowns]
     rest = dict.fromkeys([*plan.affine, *unknowns], 0.0)
     columns: list[list[Scalar]] = []
-    for k in plan.spared:
+    for k in plan.unsolved:
         moving = circuits.varied(rates={**rest, k: 1.0})
         drifts = [system.drifts(moving, closure.rate) for system in systems]
-        moving.quicken(rates=substituted(plan, systems, drifts, functions)[0])
+        moving.set_rates(rates=substituted(plan, systems, drifts, functions)[0])
         ends = {cut: closure.ends(moving, cut) for cut in plan.tree.cuts}
         columns.append(
             [

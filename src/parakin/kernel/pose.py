@@ -26,7 +26,13 @@ from parakin.algebra.spatial import (
     plus,
     sub,
 )
-from parakin.kernel.connectivity import System, firmness, jacobian, signed_square, substituted
+from parakin.kernel.connectivity import (
+    System,
+    jacobian,
+    signed_square,
+    substituted,
+    unsolved_volume,
+)
 from parakin.kernel.rows import Outputs
 from parakin.kinematics import closure
 from parakin.kinematics.assembly import circuits_at
@@ -91,44 +97,44 @@ def trace(
                 quality.of(block).append(mul(side, signed_square(figure, functions)))
         else:
             _closed_form(circuits, block, angles, quality)
-    rising = circuits
+    moving = circuits
     if outputs.derivatives > 0:
         systems = [System.of(circuits, block) for block in plan.blocks]
         circuits.rates |= {k: _mix(plan, k, orders[1]) for k in plan.affine}
         circuits.rates |= dict.fromkeys(unknowns_of(plan), 0.0)
         drifts = [system.drifts(circuits, closure.rate) for system in systems]
         rates, figures = substituted(plan, systems, drifts, functions)
-        circuits.quicken(rates=rates)
+        circuits.set_rates(rates=rates)
         for block, figure in figures:
             quality.of(block).append(mul(_side(plan, block, circuits, functions), figure))
         if outputs.derivatives > 1:
             circuits.second |= {k: _mix(plan, k, orders[2]) for k in plan.affine}
             circuits.second |= dict.fromkeys(unknowns_of(plan), 0.0)
             drifts = [system.drifts(circuits, closure.acceleration) for system in systems]
-            circuits.quicken(second=substituted(plan, systems, drifts, functions)[0])
+            circuits.set_rates(second=substituted(plan, systems, drifts, functions)[0])
         if outputs.derivatives > 2:
             third = {k: _mix(plan, k, orders[3]) for k in plan.affine}
-            rising = circuits.rising(third | dict.fromkeys(unknowns_of(plan), 0.0))
+            moving = circuits.with_jerk(third | dict.fromkeys(unknowns_of(plan), 0.0))
             drifts = [
                 [
-                    rate_of(closure.acceleration(rising, row, closure.ends(rising, row.cut)))
+                    rate_of(closure.acceleration(moving, row, closure.ends(moving, row.cut)))
                     for row in block.rows
                 ]
                 for block in plan.blocks
             ]
-            rising = circuits.rising(third | substituted(plan, systems, drifts, functions)[0])
+            moving = circuits.with_jerk(third | substituted(plan, systems, drifts, functions)[0])
     columns = [
-        _output(plan, circuits, rising, name, angles, outputs.derivatives)
+        _output(plan, circuits, moving, name, angles, outputs.derivatives)
         for name in outputs.coordinates
     ]
     results: list[Scalar] = []
     for order in range(outputs.derivatives + 1):
         results += [column[order] for column in columns]
     if outputs.checks:
-        if plan.spared:
+        if plan.unsolved:
             at_home = circuits_at(plan.graph, plan.tree, plan.home)
-            unit = 1.0 / float(firmness(plan, at_home, FLOATS))
-            quality.unsigned.append(mul(unit, firmness(plan, circuits, functions)))
+            unit = 1.0 / float(unsolved_volume(plan, at_home, FLOATS))
+            quality.unsigned.append(mul(unit, unsolved_volume(plan, circuits, functions)))
         step: Scalar = 0.0
         for move in moves:
             step = add(step, mul(move, move))
@@ -289,7 +295,7 @@ def _closed_form(circuits: Circuits, block: Block, angles: _Angles, quality: _Qu
         sine = -mul(inverse, add(mul(b, c), mul(a, root)))
         quality.signed.append(mul(reach, inverse))
     if not block.regular:  # an arm that shrinks leaves its angle undetermined
-        quality.signed.append(mul(1.0 / block.lever**2, size))
+        quality.signed.append(mul(1.0 / block.reference**2, size))
     angles.found[k] = (sine, cosine)
     circuits.turns[k] = Turn(None, cosine, sine)
 
@@ -330,7 +336,7 @@ def _newton(
         gaps, derivatives = system(values)
         solved = solve(derivatives, [gaps], angles.functions, block.lengths)
         moves = solved.solutions[0]
-        figure = mul(block.sign / block.lever, solved.conditioning)
+        figure = mul(block.sign / block.reference, solved.conditioning)
         values = [sub(value, move) for value, move in zip(values, moves, strict=True)]
     for k, value in zip(block.unknowns, values, strict=True):
         angles.give(circuits, k, value)
@@ -355,27 +361,27 @@ def _side(plan: Plan, block: Block, circuits: Circuits, functions: Functions) ->
 def _output(
     plan: Plan,
     circuits: Circuits,
-    rising: Circuits,
+    moving: Circuits,
     name: int | str,
     angles: _Angles,
     derivatives: int,
 ) -> tuple[Scalar, ...]:
-    """Value and derivatives of a coordinate; `rising` are the circuits with their rates in time."""
+    """Value and derivatives of a coordinate; `moving` are the circuits with their rates in time."""
     graph, functions = plan.graph, angles.functions
     if isinstance(name, str):
         cut = graph.cones[name][0]
         end = closure.ends(circuits, cut)
         found = closure.cone(circuits, cut, end, functions, derivatives=derivatives)
         if derivatives > 2:
-            end, known = closure.ends(rising, cut), dual_functions(functions)
-            changing = closure.cone(rising, cut, end, known, derivatives=2)[2]
+            end, known = closure.ends(moving, cut), dual_functions(functions)
+            changing = closure.cone(moving, cut, end, known, derivatives=2)[2]
             return *found, rate_of(changing)
         return found
     if name in circuits.turns:
         value = sub(angles.value(name), plan.offset(name))
         orders = [circuits.rates, circuits.second][:derivatives]
         found = (value, *(order[name] for order in orders))
-        return (*found, rate_of(rising.second[name])) if derivatives > 2 else found
+        return (*found, rate_of(moving.second[name])) if derivatives > 2 else found
     cut = graph.coordinates[name].joint
     end = closure.ends(circuits, cut)
     reading = closure.read(circuits, cut, end, functions)
@@ -387,9 +393,9 @@ def _output(
     rates, second = closure.read_rates(circuits, cut, end, reading, accelerations=derivatives > 1)
     found = (value, rates[name], second.get(name, 0.0))
     if derivatives > 2:
-        end = closure.ends(rising, cut)
-        reading = closure.read(rising, cut, end, dual_functions(functions))
-        changing = closure.read_rates(rising, cut, end, reading, accelerations=True)[1][name]
+        end = closure.ends(moving, cut)
+        reading = closure.read(moving, cut, end, dual_functions(functions))
+        changing = closure.read_rates(moving, cut, end, reading, accelerations=True)[1][name]
         return *found, rate_of(changing)
     return found
 
@@ -421,7 +427,7 @@ def _residual(plan: Plan, circuits: Circuits, functions: Functions) -> tuple[Sca
 
 def has_unsigned(plan: Plan) -> bool:
     """Whether some figure of conditioning keeps no sign where it passes zero."""
-    return bool(plan.spared) or any(
+    return bool(plan.unsolved) or any(
         block.form == "turn by two"
         or (block.form == "linear" and not block.regular)
         or (block.form == "newton" and len(block.rows) > len(block.unknowns))

@@ -233,7 +233,7 @@ class Circuits:
         other._accels = {b: x for b, x in self._accels.items() if changed.isdisjoint(self.path[b])}
         return other
 
-    def quicken(
+    def set_rates(
         self, rates: Mapping[int, Scalar] | None = None, second: Mapping[int, Scalar] | None = None
     ) -> None:
         """Set rates or accelerations, forgetting what was worked out with others."""
@@ -246,7 +246,7 @@ class Circuits:
             for body in [b for b in kept if not set(changed or ()).isdisjoint(self.path[b])]:
                 del kept[body]
 
-    def rising(self, third: Mapping[int, Scalar]) -> Circuits:
+    def with_jerk(self, third: Mapping[int, Scalar]) -> Circuits:
         """The same motion with the rate of everything beside it, given the coordinates' jerks."""
         return self.varied(
             {k: _in_motion(turn, self.rates[k]) for k, turn in self.turns.items()},

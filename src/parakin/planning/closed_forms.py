@@ -137,7 +137,7 @@ def _quality(
     arms = [_arm(graph, row, k, at)[:3] for at in samples]
     worst = min(slope / size if size > _ZERO * graph.length else 0.0 for slope, size, _ in arms)
     constant = max(constant / size if size else np.inf for _, size, constant in arms)
-    lever, shortest = arms[-1][1], min(size for _, size, _ in arms)
+    reference, shortest = arms[-1][1], min(size for _, size, _ in arms)
     if not angle:
         steady = all(abs(slope - size) < 1e-12 * size for slope, size, _ in arms)
         form: Form = "quadratic" if row.kind in ("centre", "rod") else "linear"
@@ -148,8 +148,8 @@ def _quality(
     if shortest < 1e-3 * graph.length:  # hardly any arm to turn on
         worst *= shortest / (1e-3 * graph.length)
     form = "turn" if constant < 1e-12 else "turn with constant"
-    steady = max(abs(size - lever) for _, size, _ in arms) < 1e-12 * lever
-    return worst, Block((k,), (row,), form, regular=steady, lever=lever)
+    steady = max(abs(size - reference) for _, size, _ in arms) < 1e-12 * reference
+    return worst, Block((k,), (row,), form, regular=steady, reference=reference)
 
 
 def _pitch(graph: Graph, k: int) -> float:
@@ -251,7 +251,7 @@ def signed(
     matrix = _slopes(graph, signs, block, home)
     if len(block.rows) > len(block.unknowns):
         volume = float(np.sqrt(np.linalg.det(matrix.T @ matrix)))
-        return replace(block, lever=volume)
+        return replace(block, reference=volume)
     lengths = np.linalg.norm(matrix, axis=1, keepdims=True)
     scaled = matrix / np.where(lengths > 0.0, lengths, 1.0)
     determinant = float(np.linalg.det(scaled))
@@ -262,15 +262,15 @@ def signed(
             "not determined there"
         )
     several = len(block.unknowns) > 1
-    lever = block.lever
+    reference = block.reference
     if block.form == "newton":
-        lever = (
+        reference = (
             max(abs(determinant), _POOR ** len(block.unknowns))
             if several
             else abs(float(matrix[0, 0]))
         )
     typical = tuple(lengths[:, 0].tolist()) if several else ()
-    return replace(block, sign=float(np.sign(determinant)), lever=lever, lengths=typical)
+    return replace(block, sign=float(np.sign(determinant)), reference=reference, lengths=typical)
 
 
 def _slopes(

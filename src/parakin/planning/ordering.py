@@ -69,16 +69,16 @@ def plan_of(
     opened, apart = _with_room(plain, (*driven, *firmly), whole)
     if opened is not plain:
         return plan_of(opened, driven, apart, cut, zero=zero, everywhere=everywhere)
-    firm = {graph.coordinates[k].joint for k in (*driven, *idle)}
-    tree = graph.tree(first=firm, last=cut)
+    in_tree = {graph.coordinates[k].joint for k in (*driven, *idle)}
+    tree = graph.tree(first=in_tree, last=cut)
     if not set(cut) <= set(tree.cuts):
         kept = sorted(graph.joints[k].name for k in set(cut) - set(tree.cuts))
         raise DrivenError(
             f"{graph.mechanism.where}: {', '.join(kept)} cannot be left out of the tree: without "
             "them some body would be reached by no joint, or they are driven"
         )
-    if not firm <= {k for k, _ in tree.steps}:
-        loose = sorted(graph.joints[k].name for k in firm & set(tree.cuts))
+    if not in_tree <= {k for k, _ in tree.steps}:
+        loose = sorted(graph.joints[k].name for k in in_tree & set(tree.cuts))
         raise DrivenError(
             f"{graph.mechanism.where}: the joints of the driven coordinates form a closed loop "
             f"({', '.join(loose)}); drive coordinates of other joints"
@@ -95,11 +95,11 @@ def plan_of(
     samples = [home, *samples]  # rows are chosen at home; what they depend on holds around it too
     best = _analysed(graph, tree, driven, affine, samples)
     if not cut:
-        best = _improved(graph, best, firm, driven, affine, samples)
+        best = _improved(graph, best, in_tree, driven, affine, samples)
         if graph.platform is not None and _cost(best[1]) > len(best[1]):
             # Where nothing much is gained by it, a block iterates better on the platform's pose
             # than on some limb's angles.
-            held = firm | {graph.twins.get(graph.platform, graph.platform)}
+            held = in_tree | {graph.twins.get(graph.platform, graph.platform)}
             posed = _analysed(graph, graph.tree(first=held), driven, affine, samples)
             posed = _improved(graph, posed, held, driven, affine, samples)
             best = min(best, posed, key=lambda found: _cost(found[1]) * (2 if found is best else 1))
@@ -115,7 +115,7 @@ def plan_of(
     # A rule of a joint that is cut would be checked by nothing: its coordinates are read off.
     inside = set(graph.inside(tree))
     affine = {k: rule for k, rule in affine.items() if k in inside or k in given}
-    spared = sorted(inside & (affine.keys() - given))
+    unsolved = sorted(inside & (affine.keys() - given))
     return Plan(
         graph,
         tree,
@@ -125,7 +125,7 @@ def plan_of(
         affine,
         tuple(blocks),
         tuple(idle),
-        tuple(spared),
+        tuple(unsolved),
     )
 
 
@@ -152,10 +152,10 @@ def _with_room(
     freedoms, some of them passive, can be once they are split.
     """
     while True:
-        firm = {graph.coordinates[k].joint for k in driven}
-        cuts = firm & set(graph.tree(first=firm).cuts)
+        in_tree = {graph.coordinates[k].joint for k in driven}
+        cuts = in_tree & set(graph.tree(first=in_tree).cuts)
         several = [
-            k for k in sorted(firm) if len(graph.joints[k].pairs) > 1 and k != graph.platform
+            k for k in sorted(in_tree) if len(graph.joints[k].pairs) > 1 and k != graph.platform
         ]
         if not cuts or not several:
             return graph, home
@@ -170,7 +170,7 @@ Analysed = tuple[Tree, list[Block], dict[Row, frozenset[int]]]
 def _improved(
     graph: Graph,
     best: Analysed,
-    firm: set[int],
+    in_tree: set[int],
     driven: Sequence[int],
     affine: Mapping[int, Affine],
     samples: Sequence[Configuration],
@@ -179,7 +179,7 @@ def _improved(
     improved = True
     while improved and _cost(best[1]) > sum(len(b.unknowns) for b in best[1]):
         improved = False
-        for other in _exchanges(graph, best[0], firm, best[1]):
+        for other in _exchanges(graph, best[0], in_tree, best[1]):
             candidate = _analysed(graph, other, driven, affine, samples)
             if _cost(candidate[1]) < _cost(best[1]):
                 best, improved = candidate, True
@@ -284,7 +284,7 @@ def _cost(blocks: Sequence[Block]) -> int:
     return sum(len(block.unknowns) ** 3 for block in blocks)
 
 
-def _exchanges(graph: Graph, tree: Tree, firm: set[int], blocks: Sequence[Block]) -> list[Tree]:
+def _exchanges(graph: Graph, tree: Tree, in_tree: set[int], blocks: Sequence[Block]) -> list[Tree]:
     """Trees with one joint of a coupled loop cut in place of the one cut now."""
     kept = [k for k, _ in tree.steps]
     signs = loop_signs(graph, tree)
@@ -297,7 +297,7 @@ def _exchanges(graph: Graph, tree: Tree, firm: set[int], blocks: Sequence[Block]
         screws = {k for k in on_loop if graph.joints[k].kind == "helical"}
         if graph.joints[cut].kind == "rod":
             continue
-        for k in sorted(on_loop - firm - screws):
+        for k in sorted(on_loop - in_tree - screws):
             trees.append(graph.tree_of([cut if other == k else other for other in kept]))
     return trees
 

@@ -30,9 +30,9 @@ class Block:
 
     `form` says how (a single unknown has a closed form); `sign` is that of the determinant at
     home, which tells this branch from the other; `needs` are the unknowns of earlier blocks that
-    the rows depend on. A `regular` block is never singular of itself; `lever` is the arm an angle
-    turns on at home [m, or as its row counts], or the determinant that several unknowns have
-    there, their rows being of these `lengths`.
+    the rows depend on. A `regular` block is never singular of itself; `reference` is what its
+    conditioning is measured by, the arm an angle turns on at home [m, or as its row counts], or
+    the determinant that several unknowns have there, their rows being of these `lengths`.
     """
 
     unknowns: tuple[int, ...]
@@ -41,7 +41,7 @@ class Block:
     sign: float = 1.0
     needs: tuple[int, ...] = ()
     regular: bool = False
-    lever: float = 1.0
+    reference: float = 1.0
     lengths: tuple[float, ...] = ()
 
 
@@ -51,8 +51,8 @@ class Plan:
 
     `home`: all coordinates at home, as their joints count; `zero`: at the mechanism's own home,
     which is another where a solver stands on another branch. `blocks` are in order of solution;
-    `idle` are coordinates of idle freedoms, held at home; `spared` those of the tree that need not
-    be solved as they are affine on this branch.
+    `idle` are coordinates of idle freedoms, held at home; `unsolved` those of the tree that need
+    not be solved as they are affine on this branch.
     """
 
     graph: Graph
@@ -63,7 +63,7 @@ class Plan:
     affine: Mapping[int, Affine]
     blocks: tuple[Block, ...]
     idle: tuple[int, ...] = ()
-    spared: tuple[int, ...] = ()
+    unsolved: tuple[int, ...] = ()
 
     def offset(self, coordinate: int) -> float:
         """What a coordinate counted from home has there, as its joint counts; else 0."""

@@ -16,7 +16,7 @@ from parakin.solving.bodies import Points
 from parakin.solving.charts import Chart, beside
 from parakin.solving.status import Status, blank_undefined
 from parakin.solving.tracking import Piece
-from parakin.solving.walking import FIRM, conditioning_beside, iterate, taken_over
+from parakin.solving.walking import REGULAR, conditioning_beside, iterate, taken_over
 
 
 class Atlas:
@@ -102,8 +102,8 @@ class Atlas:
             if chart is not self.home:
                 known = iterate(chart, here.reshape(-1, 1), known[self.home.layout.found[0]])
             at = chart.configuration(here[0, :, 0], known[:, 0])
-            firm = chart.firm(at) if np.isfinite(at.q).all() else 0.0
-            if not firm > FIRM:
+            regularity = chart.regularity(at) if np.isfinite(at.q).all() else 0.0
+            if not regularity > REGULAR:
                 continue
             for other in self.others(chart, at):
                 found = taken_over(other, here, at)
@@ -111,7 +111,7 @@ class Atlas:
                     continue
                 figure = conditioning_beside(chart, other, here, found, self.units)
                 if figure > 0.0:
-                    found[other.outputs.conditioning] = min(1.0, firm)
+                    found[other.outputs.conditioning] = min(1.0, regularity)
                     status[column] = self._transfer(out, column, other, found)
                 elif figure < 0.0:
                     status[column] = Status.BRANCH_CHANGE

@@ -2,7 +2,7 @@
 
 A plan is good around the configuration that it was made at. Far from there its rows may say the
 same twice, or the three angles of a joint be undefined, though the mechanism is as regular as
-ever: `firmness` knows, which looks at all closure rows and at no plan.
+ever: `least_singular_value` knows, which looks at all closure rows and at no plan.
 """
 
 from __future__ import annotations
@@ -138,19 +138,20 @@ class Chart:
         return configure(graph, read, q).q
 
     @cached_property
-    def _firm_at_home(self) -> float:
-        return firmness(self.plan, configure(self.plan.graph, self.plan.tree, self.plan.home))
+    def _regularity_at_home(self) -> float:
+        plan = self.plan
+        return least_singular_value(plan, configure(plan.graph, plan.tree, plan.home))
 
     @cached_property
     def grip(self) -> float:
         """By what conditioning has to be multiplied to tell how many digits are right: 1, or less
         where home is nearly singular itself.
         """
-        return min(1.0, _LOOSE * self._firm_at_home)
+        return min(1.0, _LOOSE * self._regularity_at_home)
 
-    def firm(self, at: Configuration) -> float:
+    def regularity(self, at: Configuration) -> float:
         """How firmly the loops hold a pose, driven coordinates given: 0 if singular, 1 at home."""
-        return firmness(self.plan, at) / self._firm_at_home
+        return least_singular_value(self.plan, at) / self._regularity_at_home
 
     def another(self, at: Configuration) -> Chart | None:
         """A chart for the same outputs around another configuration, if there is one."""
@@ -164,11 +165,11 @@ class Chart:
         chosen = self.outputs.coordinates[: self.reported]
         watched = beside(plan, chosen, unknowns_of(plan))
         outputs = replace(self.outputs, coordinates=(*chosen, *watched))
-        share = self.share * min(1.0, self.firm(at))
+        share = self.share * min(1.0, self.regularity(at))
         return Chart(plan, outputs, self.reported, self.machine_code, share)
 
 
-def firmness(plan: Plan, at: Configuration) -> float:
+def least_singular_value(plan: Plan, at: Configuration) -> float:
     """The least singular value of all closure rows by all coordinates that are not driven.
 
     `at` is a configuration in the plan's tree. Joints of three turns count by three axes at right

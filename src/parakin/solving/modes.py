@@ -149,7 +149,7 @@ def modes_of(
     regular = np.abs(conditioning) > SINGULAR
     singular = int((real & ~regular).sum())
     closed = np.flatnonzero(real & regular)
-    told_by = _telling(graph, plan)
+    told_by = _distinguishing(graph, plan)
     groups = _groups(graph, q[:, closed], told_by, scales, _of(turned, closed))
     found: list[tuple[float, Mode]] = []
     everything = list(range(len(graph.plain.coordinates)))
@@ -257,7 +257,7 @@ def _open(plan: Plan, q: FloatArray) -> dict[int, BoolArray]:
     return found
 
 
-def _telling(graph: Graph, plan: Plan) -> list[int]:
+def _distinguishing(graph: Graph, plan: Plan) -> list[int]:
     told = [k for k, c in enumerate(graph.coordinates) if c.actuated]
     if graph.platform is not None:
         told += graph.joints[graph.platform].coordinates

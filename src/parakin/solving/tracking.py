@@ -21,7 +21,7 @@ from parakin.solving.charts import Chart
 from parakin.solving.continuity import moment
 from parakin.solving.status import Status, classify
 from parakin.solving.stretch import BEFORE, Ending, Nodes, Stretch, joined
-from parakin.solving.walking import FIRM, State, taken_over, walk
+from parakin.solving.walking import REGULAR, State, taken_over, walk
 
 _AT_ONCE = 512  # steps of the motion's own that are looked at together
 _POORER = 30.0  # times: where a plan's figure has fallen by more than that, it is the plan's fault
@@ -151,8 +151,8 @@ class Track:
         good = np.flatnonzero(figure > _GOOD)
         place = int(good[-1]) if len(good) else int(np.argmax(figure))
         at, end = (chart.configuration(nodes.driven[0, :, k], nodes.out[:, k]) for k in (place, -1))
-        firm, fallen = chart.firm(at), float(figure[-1] / figure[place])
-        if not chart.firm(end) > max(FIRM, _POORER * fallen * firm):
+        regularity, fallen = chart.regularity(at), float(figure[-1] / figure[place])
+        if not chart.regularity(end) > max(REGULAR, _POORER * fallen * regularity):
             return False
         for other in self._charts(chart, at):
             begun = self._begun(other, nodes.part(slice(place, place + 1)), at)
