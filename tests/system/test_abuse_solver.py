@@ -118,7 +118,8 @@ def test_legs_that_cannot_be(hexapod: parakin.Solver, value: float) -> None:
         y[list(chosen)] = value
         begun = time.process_time()
         tick = hexapod.at(y)
-        assert time.process_time() - begun < 10.0
+        # On NumPy a way is some hundreds of runs of 0.07 s; one that charts help along, twice that.
+        assert time.process_time() - begun < (10.0 if hexapod.machine_code else 60.0)
         possible = value == 1e3 and len(chosen) == 6  # legs of a kilometre, side by side
         judged(hexapod, y[:, None], hexapod.at(y[:, None]))
         assert possible or tick.status != Status.CONVERGED

@@ -17,8 +17,8 @@ from parakin.solving.atlas import Atlas
 from parakin.solving.charts import Chart
 from parakin.solving.locks import Locks, near_lock
 from parakin.solving.status import TURNS, Status
-from parakin.solving.tracking import Track
-from parakin.solving.walking import State, walk
+from parakin.solving.tracking import POORER, Track
+from parakin.solving.walking import REGULAR, State, iterate, walk
 
 # Figure of a plan whose sign is about to change; at an end of reach it is left sooner.
 _POOR = 2e-3
@@ -49,29 +49,46 @@ def from_home(atlas: Atlas, locks: Locks, goal: FloatArray) -> tuple[FloatArray,
     """Iterated coordinates (m, n) from which poses `goal` (k, n) are found, and what became of the
     way to each.
     """
-    walker = atlas.home.walker
-    steps, walked = walk(walker, home_state(atlas.home), goal, atlas.units)
+    walker, home = atlas.home.walker, home_state(atlas.home)
+    steps, walked, part = walk(walker, home, goal, atlas.units)
     start = steps[walker.layout.found[0]]
-    if walked.any():
-        for column in _held_up(atlas, locks, steps, walked, goal):
-            found = _tracked(atlas, goal[:, column])
-            if found is not None:
-                start[:, column], walked[column] = found, Status.CONVERGED
+    if not walked.any():
+        return start, walked
+    begin = home.driven[0][:, None]
+    for column in _held_up(atlas, locks, steps, walked, goal - begin):
+        there = begin[:, 0] + part[column] * (goal[:, column] - begin[:, 0])
+        figure = float(steps[walker.outputs.conditioning, column])
+        if not _regular(atlas, there, start[:, column], figure):
+            continue
+        found = _tracked(atlas, goal[:, column])
+        if found is not None:
+            start[:, column], walked[column] = found, Status.CONVERGED
     return start, walked
 
 
 def _held_up(
-    atlas: Atlas, locks: Locks, steps: FloatArray, walked: StatusArray, goal: FloatArray
+    atlas: Atlas, locks: Locks, steps: FloatArray, walked: StatusArray, way: FloatArray
 ) -> IndexArray:
     """Columns in which the walk from home may have ended where only the plan is singular: near a
     lock, or at a figure near zero while nothing goes as fast as at an end of reach.
     """
-    layout, home = atlas.home.walker.layout, home_state(atlas.home).driven[0][:, None]
-    pace = np.abs((goal - home) / atlas.units[:, None]).max(axis=0)
+    layout = atlas.home.walker.layout
+    pace = np.abs(way / atlas.units[:, None]).max(axis=0)
     rates = np.abs(steps[layout.found[1]] / layout.units[:, None]).max(axis=0)
     slow = (np.abs(steps[layout.outputs.conditioning]) < _POOR) & (rates < _CALM * pace)
     near = slow | near_lock(locks, steps[layout.found[0]])
     return np.flatnonzero((walked != 0) & near & (pace < TURNS))
+
+
+def _regular(atlas: Atlas, y: FloatArray, found: FloatArray, figure: float) -> bool:
+    """Whether the mechanism is held much better than a plan with this figure can tell."""
+    chart = atlas.followed
+    driven = np.zeros((len(chart.layout.found), len(y), 1))
+    driven[0] = y[:, None]
+    out = iterate(chart, driven.reshape(-1, 1), found[:, None])
+    at = chart.configuration(y, out[:, 0])
+    regularity = chart.regularity(at) if np.isfinite(at.q).all() else 0.0
+    return regularity > max(REGULAR, POORER * abs(figure))
 
 
 def _tracked(atlas: Atlas, y: FloatArray) -> FloatArray | None:

@@ -24,7 +24,7 @@ from parakin.solving.stretch import BEFORE, Ending, Nodes, Stretch, joined
 from parakin.solving.walking import REGULAR, State, taken_over, walk
 
 _AT_ONCE = 512  # steps of the motion's own that are looked at together
-_POORER = 30.0  # times: where a plan's figure has fallen by more than that, it is the plan's fault
+POORER = 30.0  # times: where a plan's figure has fallen by more than that, it is the plan's fault
 _GOOD = 0.05  # figure of a plan where another takes over
 
 Charts = Callable[[Chart, Configuration], Iterable[Chart]]
@@ -127,7 +127,7 @@ class Track:
         if len(layout.found[0]):
             ends = ends[:1]
             driven = self._course.at(ends, len(layout.found))
-            out, walked = walk(chart.walker, self._home, driven[0], self._units)
+            out, walked, _ = walk(chart.walker, self._home, driven[0], self._units)
             guess, status = out[chart.walker.layout.found[0]], Status(int(walked[0]))
         steps = np.zeros(len(ends))
         steps[1:] = ends[1:] - ends[:-1]
@@ -152,7 +152,7 @@ class Track:
         place = int(good[-1]) if len(good) else int(np.argmax(figure))
         at, end = (chart.configuration(nodes.driven[0, :, k], nodes.out[:, k]) for k in (place, -1))
         regularity, fallen = chart.regularity(at), float(figure[-1] / figure[place])
-        if not chart.regularity(end) > max(REGULAR, _POORER * fallen * regularity):
+        if not chart.regularity(end) > max(REGULAR, POORER * fallen * regularity):
             return False
         for other in self._charts(chart, at):
             begun = self._begun(other, nodes.part(slice(place, place + 1)), at)

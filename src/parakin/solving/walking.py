@@ -137,8 +137,9 @@ def _apart(one: Configuration, other: Configuration) -> float:
 
 def walk(
     chart: Chart, begin: State, goal: FloatArray, units: FloatArray
-) -> tuple[FloatArray, StatusArray]:
-    """From one state to many poses `goal` (k, n), each straight and in its own steps, all at once.
+) -> tuple[FloatArray, StatusArray, FloatArray]:
+    """From one state to many poses `goal` (k, n), each straight and in its own steps, all at once:
+    outputs, what became of the way, and what part of it (n,) the outputs are at.
 
     Takes a chart with two derivatives, by which each step is foretold and judged; in those
     returned driven coordinates move at `goal` less where they began. units (k,): of these.
@@ -149,7 +150,7 @@ def walk(
 
 def _walked(
     chart: Chart, begin: State, goal: FloatArray, units: FloatArray
-) -> tuple[FloatArray, StatusArray]:
+) -> tuple[FloatArray, StatusArray, FloatArray]:
     n, k = goal.shape[1], len(goal)
     layout = chart.layout
     orders, figure = layout.outputs.motion, layout.outputs.unsigned
@@ -171,10 +172,10 @@ def _walked(
     out, verdicts = home.repeat(n, axis=1), classify(home, layout).repeat(n)
     part, size, going, clear = np.zeros(n), np.ones(n), everywhere, out[figure]
     if verdicts.any():
-        return out, verdicts
+        return out, verdicts, part
     for _ in range(_ATTEMPTS):
         if not len(going):
-            return out, verdicts
+            return out, verdicts, part
         target = np.minimum(part[going] + size[going], 1.0)
         h = target - part[going]
         x, v, a = begun
@@ -194,7 +195,7 @@ def _walked(
         good = verdict == Status.CONVERGED
         there = good & (target == 1.0)
         if there.all() and going is everywhere:
-            return found, verdict
+            return found, verdict, target
         size[going] *= np.where(good, 2.0, 0.5)
         stuck = ~good & (size[going] < 0.5**_HALVINGS)
         if stuck.any():
@@ -211,7 +212,7 @@ def _walked(
         on = np.flatnonzero(~(there | stuck))
         going, begun, clear = going[on], ended[:, :, on], found[figure, on]
     verdicts[going] = Status.NOT_REACHED
-    return out, verdicts
+    return out, verdicts, part
 
 
 def _set_off(chart: Chart, begin: State, way: FloatArray) -> tuple[FloatArray, FloatArray]:
