@@ -778,7 +778,7 @@ SPHERICAL = (
             Figure("assembly modes", "4", moving_orientations),
         ),
         note="four more solutions, which the paper leaves out, keep the eye where it is whatever "
-        "the motors do; `Solver.modes` tells all eight",
+        "the motors do; `parakin.modes` tells all eight",
     ),
 )
 
@@ -1001,7 +1001,7 @@ HEXAPODS = (
             Figure("real postures", "40", postures),
             Figure("largest difference of any of their 360 figures", "0.00000", farthest_posture),
         ),
-        note="found by `Solver.modes` from the six lengths alone. The published solutions "
+        note="found by `parakin.modes` from the six lengths alone. The published solutions "
         "have 15 digits, but of a system of equations whose coefficients were cut to ten, "
         "some of them badly conditioned: five decimals are compared",
     ),

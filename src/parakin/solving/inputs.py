@@ -27,13 +27,16 @@ class Start(NamedTuple):
 
 
 def stacked(
-    driven: int, derivatives: int, y: ArrayLike, rates: Sequence[ArrayLike | None]
+    count: int, derivatives: int, y: ArrayLike, rates: Sequence[ArrayLike | None]
 ) -> FloatArray:
-    """Driven values and their rates, one below the other. Raises InputError on shapes."""
-    k = driven
+    """Values of `count` driven coordinates and as many `derivatives`, one below the other, zero
+    where not given. Raises InputError on arrays of the wrong shape.
+    """
     first = _numbers(y, "y")
-    if first.ndim not in (1, 2) or first.shape[0] != k:
-        raise InputError("y", f"shape {first.shape}", f"({k},) or ({k}, n): one row per driven")
+    if first.ndim not in (1, 2) or first.shape[0] != count:
+        raise InputError(
+            "y", f"shape {first.shape}", f"({count},) or ({count}, n): one row per driven"
+        )
     parts = [first]
     names = ("yd", "ydd", "yddd")
     for name, given in zip(names[:derivatives], rates, strict=False):
