@@ -21,5 +21,9 @@ autodoc_typehints_description_target = "documented"
 autodoc_preserve_defaults = True
 exclude_patterns = ["README.md"]
 html_extra_path = ["recorded"]
-nitpicky = False
-suppress_warnings = ["myst.xref_missing"]
+nitpicky = True
+# Of other projects, whose inventories would have to be fetched.
+nitpick_ignore = [
+    ("py:class", f"numpy.{name}")
+    for name in ("ndarray", "dtype", "float64", "int64", "int8", "bool")
+]
