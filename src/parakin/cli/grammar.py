@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import re
 from pathlib import Path
-from typing import NoReturn
+from typing import NoReturn, TypeAlias
 
 from parakin.errors import InputError, ParakinError, nearest
 from parakin.version import __version__
 
-_COMMANDS = ("list", "check", "modes", "solve", "view", "draw", "report", "export")
+_COMMANDS = ("list", "check", "modes", "solve", "plot", "film", "view", "draw", "report", "export")
 _EPILOG = """examples:
   parakin solve flight-simulator general -o general.csv --plot general.png
   parakin check flight-simulator --set l3=1.35
@@ -38,6 +38,9 @@ def _number(text: str) -> float:
         raise argparse.ArgumentTypeError(f"found {text!r}; expected a number") from None
 
 
+_Commands: TypeAlias = "argparse._SubParsersAction[_Parser]"
+
+
 def parser() -> argparse.ArgumentParser:
     """The command line's grammar."""
     top = _Parser(
@@ -50,13 +53,30 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=f"parakin {__version__}")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     commands.add_parser("list", help="mechanisms of the catalogue, and their motions")
+    adding = (
+        _add_check,
+        _add_modes,
+        _add_solve,
+        _add_pictures,
+        _add_view,
+        _add_draw,
+        _add_report,
+        _add_export,
+    )
+    for add in adding:
+        add(commands)
+    return top
 
+
+def _add_check(commands: _Commands) -> None:
     check = commands.add_parser("check", help="assemble a mechanism and explain its mobility")
     _add_mechanism(check)
     check.add_argument(
         "--expand", action="store_true", help="print the file, repeated limbs written out"
     )
 
+
+def _add_modes(commands: _Commands) -> None:
     modes = commands.add_parser("modes", help="search for the assemblies of given driven values")
     _add_mechanism(modes)
     modes.add_argument(
@@ -73,6 +93,8 @@ def parser() -> argparse.ArgumentParser:
     )
     modes.add_argument("--starts", metavar="N", type=int, default=8192, help="random starts (8192)")
 
+
+def _add_solve(commands: _Commands) -> None:
     solve = commands.add_parser("solve", help="solve a mechanism along a motion")
     _add_mechanism(solve)
     solve.add_argument("motion", metavar="MOTION", help="a motion's name, or a TOML or CSV file")
@@ -89,6 +111,8 @@ def parser() -> argparse.ArgumentParser:
     solve.add_argument("--all", action="store_true", help="joints outside the tree too")
     _add_sampling(solve)
 
+
+def _add_pictures(commands: _Commands) -> None:
     pictures = (
         ("plot", "plot a motion's time histories", "figure: .png, .svg or .pdf"),
         ("film", "film a motion", "film: .mp4 or .gif"),
@@ -102,6 +126,8 @@ def parser() -> argparse.ArgumentParser:
         picture.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help=file)
         _add_sampling(picture)
 
+
+def _add_view(commands: _Commands) -> None:
     view = commands.add_parser("view", help="see a mechanism move in the browser")
     _add_mechanism(view)
     view.add_argument("motions", metavar="MOTION", nargs="*", help="motions in TOML or CSV files")
@@ -115,6 +141,8 @@ def parser() -> argparse.ArgumentParser:
     view.add_argument("--host", metavar="ADDRESS", default="127.0.0.1", help="to serve at")
     view.add_argument("--port", metavar="N", type=int, default=8080, help="to serve at (8080)")
 
+
+def _add_draw(commands: _Commands) -> None:
     draw = commands.add_parser("draw", help="draw a mechanism's kinematic scheme")
     _add_mechanism(draw)
     draw.add_argument(
@@ -126,6 +154,8 @@ def parser() -> argparse.ArgumentParser:
         help="scheme: .svg, .pdf or .png",
     )
 
+
+def _add_report(commands: _Commands) -> None:
     report = commands.add_parser(
         "report", help="write a page about a motion, to be sent and printed"
     )
@@ -135,6 +165,8 @@ def parser() -> argparse.ArgumentParser:
         "-o", "--output", metavar="FILE", type=Path, required=True, help="page: .html"
     )
 
+
+def _add_export(commands: _Commands) -> None:
     export = commands.add_parser("export", help="write a mechanism for other programs")
     _add_mechanism(export)
     export.add_argument(
@@ -149,7 +181,6 @@ def parser() -> argparse.ArgumentParser:
         metavar="NAMES",
         help="what the C code solves for, by commas; the file's own if left out",
     )
-    return top
 
 
 def _add_sampling(command: argparse.ArgumentParser) -> None:
