@@ -4,20 +4,20 @@
 >>> solver = parakin.compile("flight-simulator")
 >>> result = solver.solve("general")
 
-The folders are the way of the data; each imports only what stands before it here:
+The packages follow the flow of the data; each imports only those listed before it:
 
 - `algebra`: vectors, rotations, dual numbers, small linear systems, on any scalar
-- `model`: what the user says, and the same in numbers
+- `model`: the user's description of a mechanism, and its numerical form
 - `motion`: what drives a mechanism over time
-- `files`: mechanisms, motions and results, in and out
-- `kinematics`: the paper: recursion, closure; assembly
-- `planning`: joints to cut, rows and order for what is driven
+- `files`: mechanisms and motions in, results out
+- `kinematics`: the recursion of Staicu's paper, loop closure, assembly
+- `planning`: joints to cut, rows and their order for given driven coordinates
 - `kernel`: one pose and its rates (eq. 10), in machine code or on NumPy
-- `solving`: solvers, motions followed, results
+- `solving`: compiling solvers, following motions, labelled results, assembly modes
 - `analysis`: mobility, singularities
 - `exports`: models and code for other programs
 - `views`: figures, films, reports, schemes, the page in the browser
-- `verbs`: what each command does, as a function: `parakin.check`, `draw`, `plot`, ...
+- `verbs`: most commands as a function: `parakin.check`, `draw`, `plot`, ...
 - `cli`: the command line
 
 and `catalogue` is data. Names are looked up when first used, so that importing parakin costs

@@ -1,4 +1,4 @@
-"""What each command does, as a function of the same name: the front of the rooms below.
+"""What the commands do, as functions of the same names, and saving and recording beside them.
 
 A mechanism may be given as one, as a name of the catalogue, or as a file. Where a path is given,
 what is written there is whole or not there at all; its suffix says what it becomes.

@@ -1,4 +1,5 @@
 """What a mechanism or a result means: mobility, singularities, and what moves, in words.
 
-Looks at solvers and results, and changes neither. Prints and draws nothing.
+Looks at solvers and results and changes neither. Prints and draws nothing. Workspace, sizing and
+optimisation belong in a package of their own, `design`, above this one.
 """

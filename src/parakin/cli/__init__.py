@@ -1,5 +1,5 @@
 """The command line: parse, call, print.
 
-Knows all other rooms and is known by none. Works out nothing itself: each command calls the
-functions that a user of the library would.
+May import every other package; none imports it. Streams results of any length to files and adds up
+what is printed about them on the way.
 """

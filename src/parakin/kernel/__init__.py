@@ -1,6 +1,6 @@
 """One pose: a plan traced into position, rates and checks, and run as machine code or on NumPy.
 
-`pose` says what is worked out, on any scalar, rates and accelerations by `connectivity` (eq. 10),
-and `rows` in which row of the outputs it is found. Only `backends` knows heyoka. Knows no time:
-what a pose follows from is not its affair.
+`pose` computes it, on any scalar, with rates and accelerations from `connectivity` (eq. 10); `rows`
+says which row of the output holds what. Only `backends` knows heyoka. Knows no time, and not how a
+pose came about.
 """

@@ -1,4 +1,4 @@
-"""What drives a mechanism over time: laws, splines and samples, and the steps to walk them in.
+"""What drives a mechanism over time: laws, splines and samples, and the steps to follow them in.
 
 Knows seconds, and position, velocity, acceleration and jerk of named coordinates. Knows nothing of
 the mechanism that they drive.

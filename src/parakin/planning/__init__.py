@@ -1,5 +1,5 @@
-"""How a mechanism is solved for what is driven: joints to cut, rows, and their order.
+"""How to solve a mechanism for given driven coordinates: joints to cut, rows, order, closed forms.
 
-A plan is data, made once from the closed mechanism at home and never changed. Numbers are looked at
-here, so that nothing has to be decided while a pose is solved.
+`ordering` decides, `plan` is what it decides, made once from the closed mechanism at home and never
+changed. All numerical decisions are made here, so that none is left for when a pose is solved.
 """

@@ -1,6 +1,8 @@
 """From a mechanism to a solver, and from a motion to a labelled result.
 
-Compiles, follows motions on charts by one rule of continuity, and says of every sample what
-became of it. Knows kernels and time. What a result means for a machine is `analysis`, how it looks
-`views`.
+`compiler` makes a `solver`, which answers a pose (`inputs` in, a `tick` out) or a motion. One pose
+is found by iteration (`walking`, clear of `locks`), without a guess on the way `from_home`. A
+motion is followed (`tracking`, a `stretch` at a time) by one rule of `continuity`, on `charts` kept
+in an `atlas`; `status` says what became of each sample, `results` labels them. `modes` finds the
+other assemblies. What a result means is `analysis`; how it looks, `views`.
 """

@@ -1,5 +1,5 @@
 """Pages in the browser: motions played, and a mechanism driven by hand on its branch.
 
-Each page is a session of its own. `drive` follows what is asked for and stops where it must;
-the rest shows it. No other file is read than those named when it started.
+Each page is a session of its own. `drive` follows what is asked for and stops where it must; the
+rest shows it. Reads no files other than those named at start-up.
 """

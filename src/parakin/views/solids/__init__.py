@@ -1,4 +1,4 @@
 """A mechanism as solid pieces on its bodies, and how they are painted without a browser.
 
-Made from joints and bodies at home alone. Knows no time.
+Made only from the joints and bodies in the home pose. Knows no time.
 """
