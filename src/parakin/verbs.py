@@ -148,14 +148,12 @@ def save(result: xr.Dataset | Iterable[xr.Dataset], path: str | Path) -> None:
 
 def record(mechanism: str | Path, motion: str, path: str | Path) -> None:
     """Write a scene that plays a motion without a server, as one .html file. Raises InputError."""
-    from parakin.errors import InputError
-    from parakin.files.writing import replacing
+    from parakin.files.writing import check_suffix, replacing
     from parakin.views.browser.recording import recorded
     from parakin.views.browser.repertoire import Repertoire
 
+    check_suffix(Path(path), (".html", ".htm"), {"viser": "viser"}, "view")
     repertoire = Repertoire(str(mechanism))
-    if Path(path).suffix.lower() not in (".html", ".htm"):
-        raise InputError(str(path), repr(Path(path).suffix), ".html")
     shown = repertoire.load(str(mechanism))
     text = recorded(shown, repertoire.play(shown, motion))
     with replacing(Path(path)) as temporary:

@@ -79,11 +79,7 @@ def _add_check(commands: _Commands) -> None:
 def _add_modes(commands: _Commands) -> None:
     modes = commands.add_parser("modes", help="search for the assemblies of given driven values")
     _add_mechanism(modes)
-    modes.add_argument(
-        "--driven",
-        metavar="NAMES",
-        help="driven coordinates, by commas; the file's own if left out",
-    )
+    _add_driven(modes, "driven coordinates")
     modes.add_argument(
         "--at",
         metavar="NAME=VALUE",
@@ -97,7 +93,7 @@ def _add_modes(commands: _Commands) -> None:
 def _add_solve(commands: _Commands) -> None:
     solve = commands.add_parser("solve", help="solve a mechanism along a motion")
     _add_mechanism(solve)
-    solve.add_argument("motion", metavar="MOTION", help="a motion's name, or a TOML or CSV file")
+    _add_motion(solve)
     solve.add_argument(
         "-o", "--output", metavar="FILE", help="write .csv, .nc or .parquet; '-' is CSV to stdout"
     )
@@ -113,18 +109,20 @@ def _add_solve(commands: _Commands) -> None:
 
 
 def _add_pictures(commands: _Commands) -> None:
+    """What `solve` makes beside other things, alone."""
+    unasked = dict.fromkeys(("output", "plot", "animate"))
+    unasked |= dict.fromkeys(("singularities", "jerk", "bodies", "all"), False)
     pictures = (
-        ("plot", "plot a motion's time histories", "figure: .png, .svg or .pdf"),
-        ("film", "film a motion", "film: .mp4 or .gif"),
+        ("plot", "plot", "plot a motion's time histories", "figure: .png, .svg or .pdf"),
+        ("film", "animate", "film a motion", "film: .mp4 or .gif"),
     )
-    for name, does, file in pictures:
+    for name, dest, does, file in pictures:
         picture = commands.add_parser(name, help=does)
         _add_mechanism(picture)
-        picture.add_argument(
-            "motion", metavar="MOTION", help="a motion's name, or a TOML or CSV file"
-        )
-        picture.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help=file)
+        _add_motion(picture)
+        _add_output(picture, file, dest)
         _add_sampling(picture)
+        picture.set_defaults(**unasked | {dest: None})
 
 
 def _add_view(commands: _Commands) -> None:
@@ -145,14 +143,7 @@ def _add_view(commands: _Commands) -> None:
 def _add_draw(commands: _Commands) -> None:
     draw = commands.add_parser("draw", help="draw a mechanism's kinematic scheme")
     _add_mechanism(draw)
-    draw.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
-        type=Path,
-        required=True,
-        help="scheme: .svg, .pdf or .png",
-    )
+    _add_output(draw, "scheme: .svg, .pdf or .png")
 
 
 def _add_report(commands: _Commands) -> None:
@@ -160,10 +151,8 @@ def _add_report(commands: _Commands) -> None:
         "report", help="write a page about a motion, to be sent and printed"
     )
     _add_mechanism(report)
-    report.add_argument("motion", metavar="MOTION", help="a motion's name, or a TOML or CSV file")
-    report.add_argument(
-        "-o", "--output", metavar="FILE", type=Path, required=True, help="page: .html"
-    )
+    _add_motion(report)
+    _add_output(report, "page: .html")
 
 
 def _add_export(commands: _Commands) -> None:
@@ -176,11 +165,22 @@ def _add_export(commands: _Commands) -> None:
         help="model.xml (MuJoCo), model.urdf (with model.loops.yaml) or kernel.c (with kernel.h "
         "and kernel_test.c)",
     )
-    export.add_argument(
-        "--driven",
-        metavar="NAMES",
-        help="what the C code solves for, by commas; the file's own if left out",
+    _add_driven(export, "what the C code solves for")
+
+
+def _add_motion(command: argparse.ArgumentParser) -> None:
+    command.add_argument("motion", metavar="MOTION", help="a motion's name, or a TOML or CSV file")
+
+
+def _add_output(command: argparse.ArgumentParser, what: str, dest: str = "output") -> None:
+    command.add_argument(
+        "-o", "--output", dest=dest, metavar="FILE", type=Path, required=True, help=what
     )
+
+
+def _add_driven(command: argparse.ArgumentParser, what: str) -> None:
+    text = f"{what}, by commas; the file's own if left out"
+    command.add_argument("--driven", metavar="NAMES", help=text)
 
 
 def _add_sampling(command: argparse.ArgumentParser) -> None:

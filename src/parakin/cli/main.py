@@ -56,8 +56,8 @@ def _command(options: argparse.Namespace) -> int:
         "check": _check,
         "modes": _modes,
         "solve": _solve,
-        "plot": _picture,
-        "film": _picture,
+        "plot": _solve,
+        "film": _solve,
         "draw": _draw,
         "report": _report,
         "view": _view,
@@ -305,14 +305,6 @@ def _solve(options: argparse.Namespace) -> int:
     if written:
         console.print(f"wrote {', '.join(written)}", markup=False)
     return 1 if run.found.first_flag is not None else 0
-
-
-def _picture(options: argparse.Namespace) -> int:
-    """A figure or a film alone, of a motion that is solved for it."""
-    unasked = {"output": None, "singularities": False, "jerk": False, "bodies": False, "all": False}
-    made = {"plot": None, "animate": None}
-    made["plot" if options.command == "plot" else "animate"] = options.output
-    return _solve(argparse.Namespace(**vars(options) | unasked | made))
 
 
 def _report(options: argparse.Namespace) -> int:

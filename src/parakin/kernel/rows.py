@@ -37,6 +37,11 @@ class Outputs:
         """Rows of all positions, or of their derivatives of an order."""
         return slice(order * len(self.coordinates), (order + 1) * len(self.coordinates))
 
+    def first(self, count: int, order: int) -> slice:
+        """Rows of the first coordinates in an order."""
+        start = self.order(order).start
+        return slice(start, start + count)
+
     def derivative(self, row: Places, order: int) -> Places:
         """The row, or rows, of the derivative of what has its position in `row`."""
         return row + order * len(self.coordinates)

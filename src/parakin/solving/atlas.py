@@ -75,8 +75,7 @@ class Atlas:
         for start, stop, chart, found in pieces:
             rows = chart.outputs
             for order in range(1 + told.derivatives):
-                known = found[rows.order(order)]
-                out[told.order(order), start:stop] = known[: len(told.coordinates)]
+                out[told.order(order), start:stop] = found[rows.first(len(told.coordinates), order)]
             out[told.figures, start:stop] = found[rows.figures]
             out[told.conditioning, start:stop] *= chart.share
         return out
@@ -102,7 +101,7 @@ class Atlas:
             if chart is not self.home:
                 known = iterate(chart, here.reshape(-1, 1), known[self.home.layout.found[0]])
             at = chart.configuration(here[0, :, 0], known[:, 0])
-            regularity = chart.regularity(at) if np.isfinite(at.q).all() else 0.0
+            regularity = chart.regularity(at)
             if not regularity > REGULAR:
                 continue
             for other in self.others(chart, at):
@@ -123,8 +122,7 @@ class Atlas:
         rows, count = self.home.outputs, len(self.told.coordinates)
         before = out[self.angle_rows, column]
         for order in range(1 + rows.derivatives):
-            begin = rows.order(order).start
-            out[begin : begin + count, column] = found[chart.outputs.order(order), 0][:count]
+            out[rows.first(count, order), column] = found[chart.outputs.first(count, order), 0]
         out[rows.figures, column] = found[chart.outputs.figures, 0]
         turns = np.round((before - out[self.angle_rows, column]) / (2 * np.pi))
         out[self.angle_rows, column] += 2 * np.pi * turns

@@ -150,7 +150,11 @@ class Chart:
         return min(1.0, _LOOSE * self._regularity_at_home)
 
     def regularity(self, at: Configuration) -> float:
-        """How firmly the loops hold a pose, driven coordinates given: 0 if singular, 1 at home."""
+        """How firmly the loops hold a pose, driven coordinates given: 0 if singular, or if it is
+        no pose at all, 1 at home.
+        """
+        if not np.isfinite(at.q).all():
+            return 0.0
         return least_singular_value(self.plan, at) / self._regularity_at_home
 
     def another(self, at: Configuration) -> Chart | None:

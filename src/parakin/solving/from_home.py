@@ -86,8 +86,7 @@ def _regular(atlas: Atlas, y: FloatArray, found: FloatArray, figure: float) -> b
     driven = np.zeros((len(chart.layout.found), len(y), 1))
     driven[0] = y[:, None]
     out = iterate(chart, driven.reshape(-1, 1), found[:, None])
-    at = chart.configuration(y, out[:, 0])
-    regularity = chart.regularity(at) if np.isfinite(at.q).all() else 0.0
+    regularity = chart.regularity(chart.configuration(y, out[:, 0]))
     return regularity > max(REGULAR, POORER * abs(figure))
 
 

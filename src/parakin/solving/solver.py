@@ -241,8 +241,8 @@ class Solver:
     @cached_property
     def _told_rows(self) -> list[slice]:
         """Rows of positions, and of each derivative, none where it is not known."""
-        starts = [self._outputs.order(order).start for order in range(1 + self.derivatives)]
-        known = [slice(start, start + self.layout.reported) for start in starts]
+        rows, count = self._outputs, self.layout.reported
+        known = [rows.first(count, order) for order in range(1 + self.derivatives)]
         return known + [slice(0, 0)] * (4 - len(known))
 
     @cached_property
