@@ -252,13 +252,14 @@ class Session:
             return
         start, end = float(take.time[0]), float(take.time[-1])
         at = self.time + float(self._speed.value) / _RATE
-        if at >= end:
-            if self._loop.value and end > start:
-                at = start + (at - end) % (end - start)
-            else:
-                at = end
-                self._set_playing(False)
+        over = at >= end and not (self._loop.value and end > start)
+        if over:
+            at = end
+        elif at >= end:
+            at = start + (at - end) % (end - start)
         self.time = at
+        if over:  # who sees that it stopped finds it at the end
+            self._set_playing(False)
         now = time.perf_counter()
         slow = now - self._slow > 1 / _SLOW or not self.playing
         self._slow = now if slow else self._slow
