@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 import parakin
 from parakin.arrays import ORDERS
-from parakin.kernel.pose import newton_unknowns, trace
+from parakin.kernel.pose import trace
 from parakin.kernel.rows import Outputs
 
 Compiled = Callable[..., parakin.Solver]
@@ -45,7 +45,7 @@ def test_rates_agree_with_automatic_differentiation(driven: tuple[str, ...], rea
     assert tick.status == 0
     at = dict(zip(solver.coordinates, tick.position, strict=True))
     numbers = [n if n in cones else solver.graph.index(n, "test") for n in names]
-    started = [MP.mpf(at[solver.graph.coordinates[k].name]) for k in newton_unknowns(solver.plan)]
+    started = [MP.mpf(at[solver.graph.coordinates[k].name]) for k in solver.plan.iterated]
     outputs = Outputs(tuple(numbers), derivatives=0)
     jets = [Jet(*map(MP.mpf, orders)) for orders in zip(y, yd, ydd, yddd, strict=True)]
     found = trace(solver.plan, [jets], [Jet(q) for q in started], jet_functions(), outputs, 3)

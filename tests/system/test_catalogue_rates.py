@@ -8,7 +8,7 @@ from closed_form import MP, Jet, jet
 from jets import jet_functions
 
 import parakin
-from parakin.kernel.pose import newton_unknowns, trace
+from parakin.kernel.pose import trace
 from parakin.kernel.rows import Outputs
 from parakin.model.graph import graph_of
 
@@ -31,7 +31,7 @@ def test_rates_agree_with_automatic_differentiation(name: str) -> None:
     at = result.position.values
     started = [
         Jet(MP.mpf(at[solver.coordinates.index(graph.coordinates[k].name)]))
-        for k in newton_unknowns(plan)
+        for k in plan.iterated
     ]
     outputs = Outputs(tuple(numbers), derivatives=0)
     exact = [jet(x) for x in trace(plan, [jets], started, jet_functions(), outputs, 3)]

@@ -19,7 +19,7 @@ from replays import replayed
 
 import parakin
 from parakin.kernel.backends import has_machine_code
-from parakin.kernel.pose import newton_unknowns, trace
+from parakin.kernel.pose import trace
 from parakin.kernel.rows import Outputs
 from parakin.motion.laws import from_laws, polynomial345
 
@@ -103,7 +103,7 @@ def check_rates(solver: parakin.Solver, result: xr.Dataset, i: int) -> None:
     q, v, a, j = (numbers(result, name) for name in orders)
     coordinates = solver.graph.coordinates
     drives = [Jet(*(MP.mpf(float(of[n][i])) for of in (q, v, a, j))) for n in solver.driven]
-    started = [Jet(MP.mpf(float(q[coordinates[k].name][i]))) for k in newton_unknowns(solver.plan)]
+    started = [Jet(MP.mpf(float(q[coordinates[k].name][i]))) for k in solver.plan.iterated]
     outputs = Outputs(tuple(range(len(coordinates))), derivatives=0, checks=False)
     found = trace(solver.plan, [drives], started, jet_functions(), outputs, 3)
     exact = {c.name: jet(x) for c, x in zip(coordinates, found, strict=True)}

@@ -1,120 +1,207 @@
-"""Vectors and rotations on any scalar: a float, a NumPy array, an expression to be compiled.
+"""Vectors, rotations and poses on any scalar: a float, an array, an expression to be compiled.
 
-A vector is a tuple of three scalars, a matrix a tuple of three rows. A literal `0.0` or `1.0`
-(a Python float) is recognised and dropped from sums and products, so that the zeros of a
-mechanism's geometry never reach the compiled code.
+A literal `0.0` or `1.0` (a Python float) is recognised and dropped from sums and products, so
+that the zeros of a mechanism's geometry never reach the compiled code.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol, SupportsFloat, cast, overload
 
 import numpy as np
 
-Scalar = Any  # float | FloatArray | heyoka.expression: whatever + - * / works on
-Vector = tuple[Scalar, Scalar, Scalar]
-Matrix = tuple[Vector, Vector, Vector]
+from parakin.arrays import FloatArray
 
-ZERO: Vector = (0.0, 0.0, 0.0)
-IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+if TYPE_CHECKING:
+    from typing_extensions import TypeVar  # which knows defaults
+else:
+    from typing import TypeVar as _TypeVar
+
+    def TypeVar(name, *, bound, default, covariant=False):  # noqa: ARG001
+        return _TypeVar(name, covariant=covariant)
+
+
+class Scalar(Protocol):
+    """What the recursion computes with: a float, a NumPy array, a dual number, an expression."""
+
+    def __neg__(self) -> Any: ...
+    def __add__(self, other: Any, /) -> Any: ...
+    def __radd__(self, other: Any, /) -> Any: ...
+    def __sub__(self, other: Any, /) -> Any: ...
+    def __rsub__(self, other: Any, /) -> Any: ...
+    def __mul__(self, other: Any, /) -> Any: ...
+    def __rmul__(self, other: Any, /) -> Any: ...
+    def __truediv__(self, other: Any, /) -> Any: ...
+    def __rtruediv__(self, other: Any, /) -> Any: ...
 
 
 class Functions(NamedTuple):
     """The elementary functions of one kind of scalar."""
 
-    sin: Callable[[Scalar], Scalar]
-    cos: Callable[[Scalar], Scalar]
-    sqrt: Callable[[Scalar], Scalar]
-    atan2: Callable[[Scalar, Scalar], Scalar]
-    minimum: Callable[[Scalar, Scalar], Scalar]
-    copysign: Callable[[Scalar, Scalar], Scalar]
+    sin: Callable[[Any], Any]
+    cos: Callable[[Any], Any]
+    sqrt: Callable[[Any], Any]
+    atan2: Callable[[Any, Any], Any]
+    minimum: Callable[[Any, Any], Any]
+    copysign: Callable[[Any, Any], Any]
 
 
 FLOATS = Functions(math.sin, math.cos, math.sqrt, math.atan2, min, math.copysign)
 ARRAYS = Functions(np.sin, np.cos, np.sqrt, np.arctan2, np.minimum, np.copysign)
 
 
+S = TypeVar("S", bound=Scalar, default=Scalar)
+S_co = TypeVar("S_co", bound=Scalar, default=Scalar, covariant=True)
+
+
+def as_array(a: Scalar | Vector | Matrix) -> FloatArray:
+    """Numbers, or arrays of them, as one array."""
+    return np.asarray(a, dtype=float)
+
+
+def as_float(a: Scalar) -> float:
+    """A scalar that is a number, as a float. Raises TypeError if it is not one."""
+    return float(cast(SupportsFloat, a))
+
+
 def _is(a: Scalar, literal: float) -> bool:
     return type(a) is float and a == literal  # a NumPy scalar is a value, whatever it holds
 
 
-def add(a: Scalar, b: Scalar) -> Scalar:
+def add(a: S, b: S) -> S:
+    """A + b."""
     if _is(a, 0.0):
         return b
     return a if _is(b, 0.0) else a + b
 
 
-def sub(a: Scalar, b: Scalar) -> Scalar:
+def sub(a: S, b: S) -> S:
+    """A - b."""
     if _is(b, 0.0):
         return a
-    return -b if _is(a, 0.0) else a - b
+    return -b if _is(a, 0.0) else a - b  # type: ignore[no-any-return]
 
 
-def mul(a: Scalar, b: Scalar) -> Scalar:
+def mul(a: S, b: S) -> S:
+    """A b."""
     if _is(a, 0.0) or _is(b, 0.0):
-        return 0.0
+        return 0.0  # type: ignore[return-value]
     if _is(a, 1.0):
         return b
     if _is(b, 1.0):
         return a
     if _is(a, -1.0):
-        return -b
-    return -a if _is(b, -1.0) else a * b
+        return -b  # type: ignore[no-any-return]
+    return -a if _is(b, -1.0) else a * b  # type: ignore[no-any-return]
 
 
-def plus(a: Vector, b: Vector) -> Vector:
-    return (add(a[0], b[0]), add(a[1], b[1]), add(a[2], b[2]))
+class Vector(tuple[S_co, S_co, S_co]):
+    """Three components. `+`, `-` and a factor are those of vectors, not of tuples."""
+
+    __slots__ = ()
+    __array_ufunc__ = None  # a NumPy factor leaves the product to us
+
+    def __add__(self: Vector[S], other: Vector[S]) -> Vector[S]:  # type: ignore[override]
+        return Vector((add(self[0], other[0]), add(self[1], other[1]), add(self[2], other[2])))
+
+    def __sub__(self: Vector[S], other: Vector[S]) -> Vector[S]:
+        return Vector((sub(self[0], other[0]), sub(self[1], other[1]), sub(self[2], other[2])))
+
+    def __mul__(self: Vector[S], factor: S) -> Vector[S]:  # type: ignore[override]
+        return Vector((mul(factor, self[0]), mul(factor, self[1]), mul(factor, self[2])))
+
+    __rmul__ = __mul__  # type: ignore[assignment]
 
 
-def minus(a: Vector, b: Vector) -> Vector:
-    return (sub(a[0], b[0]), sub(a[1], b[1]), sub(a[2], b[2]))
+def vector(components: Iterable[S]) -> Vector[S]:
+    """Three components as a vector."""
+    return Vector(components)
 
 
-def times(factor: Scalar, a: Vector) -> Vector:
-    return (mul(factor, a[0]), mul(factor, a[1]), mul(factor, a[2]))
+ZERO: Vector[float] = Vector((0.0, 0.0, 0.0))
 
 
-def dot(a: Vector, b: Vector) -> Scalar:
+def dot(a: Vector[S], b: Vector[S]) -> S:
+    """The scalar product."""
     return add(add(mul(a[0], b[0]), mul(a[1], b[1])), mul(a[2], b[2]))
 
 
-def cross(a: Vector, b: Vector) -> Vector:
-    return (
-        sub(mul(a[1], b[2]), mul(a[2], b[1])),
-        sub(mul(a[2], b[0]), mul(a[0], b[2])),
-        sub(mul(a[0], b[1]), mul(a[1], b[0])),
+def cross(a: Vector[S], b: Vector[S]) -> Vector[S]:
+    """The vector product."""
+    return Vector(
+        (
+            sub(mul(a[1], b[2]), mul(a[2], b[1])),
+            sub(mul(a[2], b[0]), mul(a[0], b[2])),
+            sub(mul(a[0], b[1]), mul(a[1], b[0])),
+        )
     )
 
 
-def transpose(m: Matrix) -> Matrix:
-    (a, b, c), (d, e, f), (g, h, i) = m
-    return ((a, d, g), (b, e, h), (c, f, i))
+class Matrix(tuple[Vector[S_co], Vector[S_co], Vector[S_co]]):
+    """Three rows; as a rotation R_AB it takes components in B to A, its columns are B's axes."""
+
+    __slots__ = ()
+
+    @property
+    def T(self) -> Matrix[S_co]:
+        """The transpose: of a rotation R_AB it is R_BA."""
+        (a, b, c), (d, e, f), (g, h, i) = self
+        return Matrix((Vector((a, d, g)), Vector((b, e, h)), Vector((c, f, i))))
+
+    def column(self, k: int) -> Vector[S_co]:
+        """Column 0, 1 or 2: of R_AB the x, y or z axis of B."""
+        return Vector((self[0][k], self[1][k], self[2][k]))
+
+    @overload
+    def __matmul__(self: Matrix[S], other: Vector[S]) -> Vector[S]: ...
+    @overload
+    def __matmul__(self: Matrix[S], other: Matrix[S]) -> Matrix[S]: ...
+    def __matmul__(self: Matrix[S], other: Vector[S] | Matrix[S]) -> Vector[S] | Matrix[S]:
+        if isinstance(other, Vector):
+            return Vector((dot(self[0], other), dot(self[1], other), dot(self[2], other)))
+        a, b, c = other.T
+        return Matrix(Vector((dot(row, a), dot(row, b), dot(row, c))) for row in self)
 
 
-def column(m: Matrix, k: int) -> Vector:
-    return (m[0][k], m[1][k], m[2][k])
+def matrix(rows: Iterable[Iterable[S]]) -> Matrix[S]:
+    """Three rows of three components as a matrix."""
+    return Matrix(vector(row) for row in rows)
 
 
-def apply(m: Matrix, a: Vector) -> Vector:
-    return (dot(m[0], a), dot(m[1], a), dot(m[2], a))
+IDENTITY: Matrix[float] = matrix(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
 
 
-def compose(m: Matrix, n: Matrix) -> Matrix:
-    columns = transpose(n)
-    return (
-        (dot(m[0], columns[0]), dot(m[0], columns[1]), dot(m[0], columns[2])),
-        (dot(m[1], columns[0]), dot(m[1], columns[1]), dot(m[1], columns[2])),
-        (dot(m[2], columns[0]), dot(m[2], columns[1]), dot(m[2], columns[2])),
-    )
-
-
-def turned(m: Matrix, axis: int, cosine: Scalar, sine: Scalar) -> Matrix:
-    """`m` followed by a turn about its own axis 0, 1 or 2 (x, y, z)."""
+def turned(R: Matrix[S], axis: int, cosine: S, sine: S) -> Matrix[S]:
+    """`R` followed by a turn about its own axis 0, 1 or 2 (x, y, z)."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
-    u, v = column(m, i), column(m, j)
-    columns = [column(m, 0), column(m, 1), column(m, 2)]
-    columns[i] = plus(times(cosine, u), times(sine, v))
-    columns[j] = minus(times(cosine, v), times(sine, u))
-    return transpose((columns[0], columns[1], columns[2]))
+    u, v = R.column(i), R.column(j)
+    columns = [R.column(0), R.column(1), R.column(2)]
+    columns[i] = cosine * u + sine * v
+    columns[j] = cosine * v - sine * u
+    return Matrix((columns[0], columns[1], columns[2])).T
+
+
+class Pose(NamedTuple, Generic[S_co]):
+    """X_AB, a frame B seen from A: R_AB and p_AB, B's origin in components of A."""
+
+    R: Matrix[S_co]
+    p: Vector[S_co]
+
+    def __matmul__(self: Pose[S], other: Pose[S]) -> Pose[S]:
+        """X_AC = X_AB X_BC (eqs. 1 and 7)."""
+        return Pose(self.R @ other.R, self.p + self.R @ other.p)
+
+
+NOWHERE: Pose[float] = Pose(IDENTITY, ZERO)
+
+
+# Until the exchange of files is converted too:
+def plus(a, b): return Vector(a) + Vector(b)
+def minus(a, b): return Vector(a) - Vector(b)
+def times(f, a): return f * Vector(a)
+def apply(m, a): return matrix(m) @ Vector(a)
+def column(m, k): return matrix(m).column(k)
+def compose(m, n): return matrix(m) @ matrix(n)
+def transpose(m): return matrix(m).T

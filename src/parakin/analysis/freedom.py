@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
+from parakin.algebra.spatial import as_array
 from parakin.analysis.twists import moving, names, platform_axes, platform_motion
 from parakin.arrays import FloatArray
 from parakin.errors import InputError
 from parakin.kernel.connectivity import jacobian
-from parakin.kinematics import closure
 from parakin.kinematics.assembly import circuits_at, configure, coordinate_scales, freedoms
+from parakin.kinematics.closure import all_rows
 from parakin.model.graph import Graph
 from parakin.planning.plan import Block, Plan
 
@@ -157,7 +158,7 @@ def freedom(solver: Solver, sets: Sets | None, q: FloatArray, rank: int, best: f
 def whole_values(plan: Plan, q: FloatArray) -> FloatArray:
     """Singular values of all closure rows by all coordinates of the tree, (n, values)."""
     graph, tree = plan.graph, plan.tree
-    inside, rows = graph.inside(tree), closure.all_rows(graph, tree)
+    inside, rows = graph.inside(tree), all_rows(graph, tree)
     if not rows:
         return np.ones((q.shape[1], 1))
     slopes = jacobian(circuits_at(graph, tree, q), Block(tuple(inside), tuple(rows)))
@@ -166,7 +167,7 @@ def whole_values(plan: Plan, q: FloatArray) -> FloatArray:
     for i, row in enumerate(rows):
         for j, k in enumerate(inside):
             matrix[:, i, j] = (
-                closure.per_length(graph, row) / graph.length * scales[k] * slopes[i][j]
+                row.per_length(graph) / graph.length * scales[k] * as_array(slopes[i][j])
             )
     values: FloatArray = np.asarray(np.linalg.svd(matrix, compute_uv=False), dtype=np.float64)
     return values

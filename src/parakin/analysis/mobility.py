@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from parakin.arrays import FloatArray
-from parakin.kinematics import closure
 from parakin.kinematics.assembly import (
     Configuration,
     configure,
@@ -26,6 +25,7 @@ from parakin.kinematics.assembly import (
     loop_signs,
     neighbours,
 )
+from parakin.kinematics.closure import canonical_rows
 from parakin.model.graph import Graph
 
 _RANK = 1e-8
@@ -96,7 +96,7 @@ def mobility(graph: Graph, home: Configuration, wanted: int = 0) -> Mobility:
         configure(graph, tree, c.q) for c in neighbours(graph, graph.posed_tree(), home, _NEARBY)
     ]
     cuts = [k for k in tree.cuts if k != graph.platform]
-    rows = sum(len(closure.canonical_rows(graph.joints[k], k)) for k in cuts)
+    rows = sum(len(canonical_rows(graph.joints[k], k)) for k in cuts)
     inside = len(graph.inside(tree))
     by_rank = [mobility_at(graph, c) for c in (at, *nearby)]
     blamed: list[str] = []
@@ -176,8 +176,8 @@ def mobility_at(graph: Graph, at: Configuration, freed: Sequence[int] = ()) -> i
             block[:, place : place + screws.shape[1]] = sign * screws
             place += screws.shape[1]
         if graph.joints[cut].kind == "rod":  # one row, not six: nothing but its length is kept
-            (row,) = closure.canonical_rows(graph.joints[cut], cut)
-            block = functional(graph, at, row)[None, :] @ block / graph.joints[cut].length
+            (row,) = canonical_rows(graph.joints[cut], cut)
+            block = functional(at, row)[None, :] @ block / graph.joints[cut].length
             loops.append(block / graph.length)
         else:
             loops.append(scale * block)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from parakin.algebra.spatial import ARRAYS, IDENTITY, Vector, column, turned
+from parakin.algebra.spatial import ARRAYS, IDENTITY, Matrix, Vector, as_array, turned
 from parakin.arrays import FloatArray
 from parakin.kinematics.recursion import Turn, turn
 from parakin.model.graph import Graph
@@ -67,15 +67,18 @@ def platform_axes(graph: Graph, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     q: (coordinates, n). The axes lie in a plane where the angles are not defined (gimbal lock).
     """
     joint = graph.joints[graph.platform or 0]
-    R, axes = IDENTITY, []
+    R: Matrix = IDENTITY
+    axes: list[Vector] = []
     for k, pair in zip(joint.coordinates[3:], joint.pairs[3:], strict=True):
-        axes.append(column(R, pair.axis))
+        axes.append(R.column(pair.axis))
         at: Turn = turn(q[k], ARRAYS)
         R = turned(R, pair.axis, at.cosine, at.sine)
 
     def stacked(rows: Sequence[Vector]) -> FloatArray:
         n = q.shape[1]
-        return np.array([[np.broadcast_to(x, n) for x in row] for row in rows]).transpose(2, 0, 1)
+        return np.array([[np.broadcast_to(as_array(x), n) for x in row] for row in rows]).transpose(
+            2, 0, 1
+        )
 
     return stacked(axes).transpose(0, 2, 1), stacked(R)
 

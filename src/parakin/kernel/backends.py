@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from parakin.algebra.spatial import ARRAYS, FLOATS, Functions, Scalar
+from parakin.algebra.spatial import ARRAYS, FLOATS, Functions, Scalar, as_array
 from parakin.arrays import FloatArray
-from parakin.kernel.pose import newton_unknowns, trace
+from parakin.kernel.pose import trace
 from parakin.kernel.rows import Outputs
 from parakin.planning.plan import Plan
 
@@ -30,7 +30,7 @@ def has_machine_code() -> bool:
 
 def input_count(plan: Plan, outputs: Outputs) -> int:
     """Driven values, then as many derivatives of them, then the guess."""
-    return _orders(outputs) * len(plan.driven) + len(newton_unknowns(plan))
+    return _orders(outputs) * len(plan.driven) + len(plan.iterated)
 
 
 def _orders(outputs: Outputs) -> int:
@@ -56,7 +56,7 @@ def _arrays(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
         with np.errstate(all="ignore"):  # what cannot be reached is NaN, and flagged as such
             results = _traced(plan, outputs, steps, list(inputs), ARRAYS)
         for row, value in enumerate(results):
-            out[row] = value
+            out[row] = as_array(value)
 
     return kernel
 
@@ -72,17 +72,17 @@ def _machine_code(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
     def lifted(symbolic: Any, plain: Any) -> Callable[..., Scalar]:
         """The function on expressions, constants being worked out at once."""
 
-        def function(*arguments: Scalar) -> Scalar:
+        def function(*arguments: Scalar) -> Any:
             if all(type(a) is float for a in arguments):
                 return plain(*arguments)
             return symbolic(*(constant(a) for a in arguments))
 
         return function
 
-    def minimum(a: Scalar, b: Scalar) -> Scalar:
+    def minimum(a: Scalar, b: Scalar) -> Any:
         return hy.select(hy.lt(b, a), b, a)
 
-    def copysign(size: Scalar, sign: Scalar) -> Scalar:
+    def copysign(size: Scalar, sign: Scalar) -> Any:
         return hy.select(hy.lt(sign, constant(0.0)), -size, size)
 
     symbolic = Functions(hy.sin, hy.cos, hy.sqrt, hy.atan2, minimum, copysign)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 from parakin.algebra.linear import solve, squared_volume
 from parakin.algebra.spatial import Functions, Scalar, add, mul, sub
-from parakin.kinematics import closure
-from parakin.kinematics.closure import Row
+from parakin.kinematics import loops
+from parakin.kinematics.closure import all_rows
 from parakin.kinematics.recursion import Circuits
+from parakin.planning.forms import Iterated
 from parakin.planning.plan import Block, Plan
 
 
@@ -17,43 +18,42 @@ class System(NamedTuple):
     """A block's rows as the matrix conditions of connectivity (eq. 10): columns by coordinate."""
 
     block: Block
-    ends: list[closure.Ends]
+    ends: list[loops.Ends]
     own: list[list[Scalar]]
     earlier: list[dict[int, Scalar]]
 
     @classmethod
     def of(cls, circuits: Circuits, block: Block) -> System:
-        ends = [closure.ends(circuits, row.cut) for row in block.rows]
+        ends = [loops.ends(circuits, row.cut) for row in block.rows]
         earlier: list[dict[int, Scalar]] = []
         for row, end in zip(block.rows, ends, strict=True):
-            sides = closure.loop(circuits, row.cut)
+            sides = loops.sides(circuits, row.cut)
             earlier.append(
-                {
-                    k: closure.derivative(circuits, row, end, k, sides[k])
-                    for k in block.needs
-                    if k in sides
-                }
+                {k: row.derivative(circuits, end, k, sides[k]) for k in block.needs if k in sides}
             )
         return cls(block, ends, jacobian(circuits, block), earlier)
 
-    def drifts(
-        self, circuits: Circuits, of: Callable[[Circuits, Row, closure.Ends], Scalar]
-    ) -> list[Scalar]:
-        """How the rows change while every unknown rests (or keeps its rate)."""
-        return [of(circuits, row, e) for row, e in zip(self.block.rows, self.ends, strict=True)]
+    def rates(self, circuits: Circuits) -> list[Scalar]:
+        """How the rows change while every unknown rests."""
+        pairs = zip(self.block.rows, self.ends, strict=True)
+        return [row.rate(circuits, end) for row, end in pairs]
+
+    def accelerations(self, circuits: Circuits) -> list[Scalar]:
+        """The rows' second derivatives while every unknown keeps its rate."""
+        return [
+            r.acceleration(circuits, e) for r, e in zip(self.block.rows, self.ends, strict=True)
+        ]
 
 
 def jacobian(circuits: Circuits, block: Block, later: Collection[int] = ()) -> list[list[Scalar]]:
     """The rows' slopes; loops with coordinates still to come (`later`) are open."""
     matrix: list[list[Scalar]] = []
     for row in block.rows:
-        end, sides = closure.ends(circuits, row.cut), closure.loop(circuits, row.cut)
+        end, sides = loops.ends(circuits, row.cut), loops.sides(circuits, row.cut)
         open_ = not sides.keys().isdisjoint(later)
         matrix.append(
             [
-                closure.derivative(circuits, row, end, k, sides[k], open_=open_)
-                if k in sides
-                else 0.0
+                row.derivative(circuits, end, k, sides[k], open_=open_) if k in sides else 0.0
                 for k in block.unknowns
             ]
         )
@@ -79,12 +79,12 @@ def substituted(
             for k, slope in columns.items():
                 side = add(side, mul(slope, found[k]))
             sides.append(side)
-        solved = solve(system.own, [sides], functions, block.lengths)
+        solved = solve(system.own, [sides], functions, block.form.lengths)
         found |= {
             k: sub(0.0, value) for k, value in zip(block.unknowns, solved.solutions[0], strict=True)
         }
-        if block.form == "newton":
-            figure = mul(block.sign / block.reference, solved.conditioning)
+        if isinstance(block.form, Iterated):
+            figure = mul(block.form.sign / block.form.reference, solved.conditioning)
             figures.append((block, signed_square(figure, functions)))
     return found, figures
 
@@ -96,23 +96,21 @@ def unsolved_volume(plan: Plan, circuits: Circuits, functions: Functions) -> Sca
     drift spans a volume: zero where an unsolved coordinate could move as well. Its square is given.
     """
     systems = [System.of(circuits, block) for block in plan.blocks]
-    rows = closure.all_rows(plan.graph, plan.tree)
-    unknowns = [k for block in plan.blocks for k in block.unknowns]
-    rest = dict.fromkeys([*plan.affine, *unknowns], 0.0)
+    rows = all_rows(plan.graph, plan.tree)
+    rest: dict[int, Scalar] = dict.fromkeys([*plan.affine, *plan.unknowns], 0.0)
     columns: list[list[Scalar]] = []
     for k in plan.unsolved:
         moving = circuits.varied(rates={**rest, k: 1.0})
-        drifts = [system.drifts(moving, closure.rate) for system in systems]
+        drifts = [system.rates(moving) for system in systems]
         moving.set_rates(rates=substituted(plan, systems, drifts, functions)[0])
-        ends = {cut: closure.ends(moving, cut) for cut in plan.tree.cuts}
+        ends = {cut: loops.ends(moving, cut) for cut in plan.tree.cuts}
         columns.append(
-            [
-                mul(closure.per_length(plan.graph, row), closure.rate(moving, row, ends[row.cut]))
-                for row in rows
-            ]
+            [mul(row.per_length(plan.graph), row.rate(moving, ends[row.cut])) for row in rows]
         )
     return squared_volume(columns, functions)
 
 
 def signed_square(a: Scalar, functions: Functions) -> Scalar:
-    return mul(a, functions.sqrt(mul(a, a)))
+    """A |a|: a square that keeps the sign."""
+    size: Scalar = functions.sqrt(mul(a, a))
+    return mul(a, size)

@@ -13,12 +13,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from parakin.algebra.spatial import ARRAYS, FLOATS, Scalar, Vector
+from parakin.algebra.spatial import ARRAYS, FLOATS, ZERO, Vector, as_array, as_float
 from parakin.arrays import FloatArray
 from parakin.errors import AssemblyError
-from parakin.kinematics import closure
-from parakin.kinematics.closure import Row
-from parakin.kinematics.recursion import Circuits, Pose, Turn, pair_velocity, slide, step_pose, turn
+from parakin.kinematics import loops
+from parakin.kinematics.closure import Perpendicular, Row, all_rows, canonical_rows, cosines
+from parakin.kinematics.readings import read
+from parakin.kinematics.recursion import Axis, Circuits, Turn, pair_velocity, slide, step_pose, turn
 from parakin.model.graph import Graph, Tree
 
 _NOTHING = 1e-14  # a home value this small is round-off of zero; exact zeros make shorter code
@@ -37,17 +38,17 @@ class Configuration:
     """Every joint and body of a mechanism at one moment, closed or not.
 
     `q`: all coordinates; `screws` (6, n): direction of motion per coordinate, angular part then
-    velocity at the base's origin, angular parts scaled by nothing; `points` (n, 3): a point on
-    each axis; `ends`: each joint's frames on its two bodies. `turned` keeps what has been worked
+    velocity at the base's origin, angular parts scaled by nothing; `axes` of the coordinates where
+    they stand; `ends`: each joint's frames on its two bodies. `turned` keeps what has been worked
     out with one coordinate turned: by cut joint and coordinate.
     """
 
     q: FloatArray
     screws: FloatArray
-    points: FloatArray
+    axes: tuple[Axis, ...]
     circuits: Circuits
-    ends: tuple[closure.Ends, ...]
-    turned: dict[tuple[int, int], list[tuple[Circuits, closure.Ends]]] = field(default_factory=dict)
+    ends: tuple[loops.Ends, ...]
+    turned: dict[tuple[int, int], list[tuple[Circuits, loops.Ends]]] = field(default_factory=dict)
 
 
 def circuits_at(graph: Graph, tree: Tree, q: Sequence[float] | FloatArray) -> Circuits:
@@ -57,7 +58,7 @@ def circuits_at(graph: Graph, tree: Tree, q: Sequence[float] | FloatArray) -> Ci
     return circuits
 
 
-def as_turn(graph: Graph, coordinate: int, value: Scalar) -> Turn:
+def as_turn(graph: Graph, coordinate: int, value: float | FloatArray) -> Turn:
     """A coordinate as the recursion needs it, from a number or an array of them."""
     if np.ndim(value) == 0:
         value = float(value)  # a plain number, so that literal zeros are known for what they are
@@ -73,28 +74,22 @@ def configure(graph: Graph, tree: Tree, q: FloatArray) -> Configuration:
     """
     circuits = circuits_at(graph, tree, q)
     q = np.array(q, dtype=float)
-    ends = tuple(closure.ends(circuits, k) for k in range(len(graph.joints)))
+    ends = tuple(loops.ends(circuits, k) for k in range(len(graph.joints)))
     for k in tree.cuts:
-        reading = closure.read(circuits, k, ends[k], FLOATS)
-        for number, (s, c) in reading.turns.items():
-            angle = math.atan2(s, c)
-            q[number] = angle + 2 * math.pi * round((q[number] - angle) / (2 * math.pi))
-        for number, value in reading.slides.items():
-            q[number] = value
-    screws = np.zeros((6, len(q)))
-    points = np.zeros((len(q), 3))
+        reading = read(circuits, k, ends[k], FLOATS)
+        for n, (s, c) in reading.turns.items():
+            angle = math.atan2(as_float(s), as_float(c))
+            q[n] = angle + 2 * math.pi * round((q[n] - angle) / (2 * math.pi))
+        for n, value in reading.slides.items():
+            q[n] = as_float(value)
+    axes: dict[int, Axis] = {}
     for joint in graph.joints:
         turns = {k: as_turn(graph, k, q[k]) for k in joint.coordinates}
-        _, axes = step_pose(circuits.pose(joint.parent), joint, False, turns)
-        for k, axis in axes.items():
-            points[k] = axis.point
-            if axis.slides:
-                screws[3:, k] = axis.direction
-            else:
-                screws[:3, k] = axis.direction
-                advance = axis.pitch * np.array(axis.direction, dtype=float)
-                screws[3:, k] = np.cross(axis.point, axis.direction) + advance
-    return Configuration(q, screws, points, circuits, ends)
+        axes |= step_pose(circuits.pose(joint.parent), joint, False, turns)[1]
+    located = tuple(axes[k] for k in range(len(q)))
+    screws = [[*w, *v] for w, v in (pair_velocity(axis, 1.0, ZERO) for axis in located)]
+    columns = np.ascontiguousarray(np.array(screws, dtype=float).reshape(-1, 6).T)
+    return Configuration(q, columns, located, circuits, ends)
 
 
 def full_screws(graph: Graph, at: Configuration, held: Collection[int] = ()) -> FloatArray:
@@ -120,7 +115,7 @@ def loop_signs(graph: Graph, tree: Tree) -> dict[int, FloatArray]:
     signs = {}
     for cut in tree.cuts:
         row = np.zeros(len(graph.coordinates))
-        for k, side in closure.loop(circuits, cut).items():
+        for k, side in loops.sides(circuits, cut).items():
             row[k] = side * onward[k]
         signs[cut] = row
     return signs
@@ -133,51 +128,30 @@ def loop_rank(graph: Graph, at: Configuration, numbers: Sequence[int]) -> int:
     return int(np.linalg.matrix_rank(screws, tol=1e-7))
 
 
-def axis_of(pose: Pose, axis: int) -> FloatArray:
-    """One axis of a frame, in base components."""
-    return np.array(pose.R, dtype=float)[:, axis]
-
-
-def functional(graph: Graph, at: Configuration, row: Row) -> FloatArray:
+def functional(at: Configuration, row: Row) -> FloatArray:
     """The row as a functional on the relative twist (w, v at the base's origin), once closed."""
-    end = at.ends[row.cut]
-    if row.kind == "align":
-        across = np.cross(axis_of(end.M, row.b), axis_of(end.F, row.a))
-        return np.concatenate([across, np.zeros(3)])
-    p = np.array(end.M.p, dtype=float)
-    if row.kind == "frame":
-        u = axis_of(end.F, row.a)
-    elif row.kind == "child":
-        u = axis_of(end.M, row.a)
-    elif row.kind == "base":
-        u = np.eye(3)[row.a]
-    elif row.kind == "rod":
-        u = np.array(end.d, dtype=float)
-    elif row.kind == "pair":
-        screw = at.screws[:, row.a]
-        u = screw[3:] if graph.coordinates[row.a].angle is False else screw[:3]
-    else:
-        u = p - at.points[row.a]
-    return np.concatenate([np.cross(p, u), u])
+    wrench = row.wrench(at.ends[row.cut], at.axes.__getitem__)
+    return np.array([*wrench.moment, *wrench.force], dtype=float)
 
 
 def closure_system(
     graph: Graph, tree: Tree, at: Configuration, signs: Mapping[int, FloatArray]
 ) -> tuple[FloatArray, FloatArray, list[Row]]:
     """All canonical rows, scaled to one by the characteristic length: gaps, Jacobian, rows."""
-    rows = closure.all_rows(graph, tree)
+    rows = all_rows(graph, tree)
     gaps = np.zeros(len(rows))
     jacobian = np.zeros((len(rows), len(graph.coordinates)))
     for i, row in enumerate(rows):
-        scale = closure.per_length(graph, row) / graph.length
-        gaps[i] = scale * float(closure.value(at.circuits, row, at.ends[row.cut]))
-        jacobian[i] = scale * (functional(graph, at, row) @ at.screws) * signs[row.cut]
-        end = at.ends[row.cut]
-        if row.kind == "frame" and not closure.closes_point(graph.joints[row.cut]):
-            # The direction turns with the parent, and along a slide the gap is not zero.
-            arm = np.cross(axis_of(end.F, row.a), np.array(end.d, dtype=float))
-            behind = [k for k in at.circuits.path[end.parent] if signs[row.cut][k]]
-            jacobian[i, behind] -= scale * (arm @ at.screws[:3, behind]) * signs[row.cut][behind]
+        end, sides = at.ends[row.cut], signs[row.cut]
+        scale = row.per_length(graph) / graph.length
+        gaps[i] = scale * as_float(row.value(at.circuits, end))
+        moment, force, parent = row.wrench(end, at.axes.__getitem__)
+        relative = np.array([*moment, *force], dtype=float)
+        jacobian[i] = scale * (relative @ at.screws) * sides
+        if parent != ZERO:
+            behind = [k for k in at.circuits.path[end.parent] if sides[k]]
+            turning = np.array(parent, dtype=float) @ at.screws[:3, behind]
+            jacobian[i, behind] -= scale * turning * sides[behind]
     return gaps, jacobian, rows
 
 
@@ -331,7 +305,9 @@ def _shaken(
 def _opposed(tree: Tree, at: Configuration) -> list[int]:
     """Cut joints whose rows vanish although axes of them point against each other."""
     return [
-        k for k in tree.cuts if min(closure.cosines(at.circuits, k, at.ends[k]), default=1.0) < 0
+        cut
+        for cut in tree.cuts
+        if any(as_float(cosine) < 0 for cosine in cosines(at.circuits, cut, at.ends[cut]))
     ]
 
 
@@ -369,12 +345,12 @@ def joint_gap(at: Configuration, cut: int) -> tuple[float, float]:
     graph = at.circuits.graph
     end = at.ends[cut]
     mm = degrees = 0.0
-    for row in closure.canonical_rows(graph.joints[cut], cut):
-        gap = float(closure.value(at.circuits, row, end))
-        if row.kind == "align":
+    for row in canonical_rows(graph.joints[cut], cut):
+        gap = as_float(row.value(at.circuits, end))
+        if isinstance(row, Perpendicular):
             degrees = math.hypot(degrees, math.degrees(math.asin(max(-1.0, min(1.0, gap)))))
         else:
-            mm = math.hypot(mm, 1e3 * gap * closure.per_length(graph, row))
+            mm = math.hypot(mm, 1e3 * gap * row.per_length(graph))
     return mm, degrees
 
 
@@ -437,7 +413,7 @@ def _velocities(circuits: Circuits, body: int, point: Vector, rates: FloatArray)
     """Of a point on a body, (3, n), for n sets of rates."""
     total = np.zeros((3, rates.shape[1]))
     for k, (axis, sign) in circuits.axes(body).items():
-        total += np.outer(pair_velocity(axis, sign, point)[1], rates[k])
+        total += np.outer(as_array(pair_velocity(axis, sign, point)[1]), rates[k])
     return total
 
 

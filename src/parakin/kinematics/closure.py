@@ -1,98 +1,365 @@
-"""Loop closures: what a joint left out of the tree demands of the two bodies it joins.
+"""Closure rows: what a joint left out of the tree demands of the two bodies it joins.
 
-A closure is a set of rows, each a scalar that vanishes when the loop is closed. Three kinds do
-for every joint: the gap `d = p_M - p_F` measured along a direction, the gap measured as a
-difference of distances from a joint's centre, and two axes that must stay perpendicular. Rows of
-the first two kinds say the same thing in different directions; which of them are solved is a
-matter of cost (`parakin.planning.ordering`), what is reported is always the canonical set.
+A row is a scalar that vanishes when the loop is closed. Each kind is a value with its own
+`value`, `derivative` by a coordinate, `rate` (a row of eq. 10), `acceleration`, and `wrench`. Gaps
+and distances say the same thing in different directions; which of them are solved is a matter of
+cost (`parakin.planning`), what is reported is always the canonical set.
 """
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import ClassVar, Literal, NamedTuple, Protocol
 
-from parakin.algebra.spatial import (
-    Functions,
-    Matrix,
-    Scalar,
-    Vector,
-    add,
-    apply,
-    column,
-    compose,
-    cross,
-    dot,
-    minus,
-    mul,
-    plus,
-    sub,
-    times,
-    transpose,
-)
-from parakin.kinematics.recursion import (
-    Circuits,
-    Pose,
-    pair_velocity,
-    point_acceleration,
-    point_velocity,
-)
+from parakin.algebra.spatial import ZERO, Scalar, Vector, add, cross, dot, mul, sub
+from parakin.kinematics.loops import Ends, gap_acceleration, gap_velocity
+from parakin.kinematics.recursion import Axis, Circuits, pair_velocity
 from parakin.model.graph import Graph, GraphJoint, Tree
 
+AxisOf = Callable[[int], Axis]  # of a coordinate
 
-class Row(NamedTuple):
-    """One scalar equation of the cut joint `cut`.
 
-    "frame": gap along axis `a` of the joint's frame F; "child": of its frame M; "base": of the
-    base. "pair": along the axis of coordinate `a`. "centre": half the difference of the squared
-    distances of the two points from a point on that axis. "align": axis `a` of F is
-    perpendicular to axis `b` of M. "rod": half of what the square of the gap differs from the
-    square of the rod's length.
+class Wrench(NamedTuple):
+    """What a row's rate is on the closed loop: moment . w + force . v + parent . w_WP, where w and
+    v are the child's angular velocity and velocity at the base's origin, less the parent's.
+    """
+
+    moment: Vector
+    force: Vector
+    parent: Vector = ZERO
+
+
+class Row(Protocol):
+    """One scalar equation of the joint `cut`, of which `end` are the two ends."""
+
+    quadratic: ClassVar[bool]  # in the coordinate of a slide; else linear
+
+    @property
+    def cut(self) -> int:
+        """The joint."""
+
+    def per_length(self, graph: Graph) -> float:
+        """What turns the value into metres; a cosine counts at the characteristic length."""
+
+    def value(self, circuits: Circuits, end: Ends) -> Scalar:
+        """What vanishes on the closed loop."""
+
+    def derivative(
+        self, circuits: Circuits, end: Ends, coordinate: int, side: float, *, open_: bool = False
+    ) -> Scalar:
+        """By a coordinate on one side of the loop (+1: the child's), on the closed loop; with
+        `open_` on an open one too, whose gap counts where the row's direction turns.
+        """
+
+    def rate(self, circuits: Circuits, end: Ends) -> Scalar:
+        """The time derivative from the bodies' twists, on the closed loop (eq. 10)."""
+
+    def acceleration(self, circuits: Circuits, end: Ends) -> Scalar:
+        """The second time derivative from the bodies' accelerations, on the closed loop."""
+
+    def wrench(self, end: Ends, axis_of: AxisOf) -> Wrench:
+        """The rate as a function of the twists, given where the axes of coordinates are."""
+
+
+@dataclass(frozen=True)
+class FrameAxis:
+    """An axis of the joint's frame on its parent (F) or on its child (M), or of the base (W)."""
+
+    frame: Literal["F", "M", "W"]
+    axis: int
+
+    def direction(self, end: Ends, axis_of: AxisOf) -> Vector:  # noqa: ARG002
+        """In base components."""
+        if self.frame == "W":
+            return Vector((float(self.axis == 0), float(self.axis == 1), float(self.axis == 2)))
+        return (end.F if self.frame == "F" else end.M).R.column(self.axis)
+
+    def turns(self, circuits: Circuits, end: Ends, coordinate: int, side: float) -> bool:  # noqa: ARG002
+        """Whether it turns with a coordinate of the loop."""
+        return (self.frame, side) in (("F", -1.0), ("M", 1.0))
+
+
+@dataclass(frozen=True)
+class PairAxis:
+    """The axis of a coordinate of the loop."""
+
+    coordinate: int
+
+    def direction(self, end: Ends, axis_of: AxisOf) -> Vector:  # noqa: ARG002
+        """In base components."""
+        return axis_of(self.coordinate).direction
+
+    def turns(self, circuits: Circuits, end: Ends, coordinate: int, side: float) -> bool:
+        """Whether it turns with a coordinate of the loop."""
+        return _precedes(circuits, end, side, coordinate, self.coordinate)
+
+
+@dataclass(frozen=True)
+class Gap:
+    """The gap between the joint's points along an axis [m]. Of a joint that slides across the axis
+    the gap is not zero when the loop is closed, and counts where the axis turns.
     """
 
     cut: int
-    kind: Literal["frame", "child", "base", "pair", "centre", "align", "rod"]
+    along: FrameAxis | PairAxis
+    slides: bool = False
+    quadratic: ClassVar[bool] = False
+
+    def direction(self, circuits: Circuits, end: Ends) -> Vector:
+        """In which the row measures."""
+        return self.along.direction(end, partial(_axis, circuits, end))
+
+    def per_length(self, graph: Graph) -> float:  # noqa: ARG002
+        return 1.0
+
+    def value(self, circuits: Circuits, end: Ends) -> Scalar:
+        return dot(self.direction(circuits, end), end.d)
+
+    def derivative(
+        self, circuits: Circuits, end: Ends, coordinate: int, side: float, *, open_: bool = False
+    ) -> Scalar:
+        u = self.direction(circuits, end)
+        axis, sign = circuits.axes(end.child if side > 0 else end.parent)[coordinate]
+        w, v = pair_velocity(axis, sign * side, end.M.p if side > 0 else end.F.p)
+        slope = dot(u, v)
+        if (open_ or self.slides) and self.along.turns(circuits, end, coordinate, side):
+            # (w is minus the rate at which F turns with the parent.)
+            slope = add(slope, mul(side, dot(cross(w, u), end.d)))
+        return slope
+
+    def rate(self, circuits: Circuits, end: Ends) -> Scalar:
+        u = self.direction(circuits, end)
+        if self.slides:
+            return slide_rate(circuits, u, end)
+        return dot(u, gap_velocity(circuits, end))
+
+    def acceleration(self, circuits: Circuits, end: Ends) -> Scalar:
+        u = self.direction(circuits, end)
+        if self.slides:
+            return slide_acceleration(circuits, u, end)
+        return dot(u, gap_acceleration(circuits, end))
+
+    def wrench(self, end: Ends, axis_of: AxisOf) -> Wrench:
+        u = self.along.direction(end, axis_of)
+        return Wrench(cross(end.M.p, u), u, cross(u, end.d) if self.slides else ZERO)
+
+
+def slide_rate(circuits: Circuits, u: Vector, end: Ends) -> Scalar:
+    """The rate of the gap along a direction that turns with the parent."""
+    swing = cross(circuits.twist(end.parent).w, u)
+    return add(dot(u, gap_velocity(circuits, end)), dot(swing, end.d))
+
+
+def slide_acceleration(circuits: Circuits, u: Vector, end: Ends) -> Scalar:
+    """The second derivative of the gap along a direction that turns with the parent."""
+    w_WP, alpha_WP = circuits.twist(end.parent).w, circuits.accel(end.parent).alpha
+    swing = cross(w_WP, u)
+    swung = cross(alpha_WP, u) + cross(w_WP, swing)
+    along = dot(u, gap_acceleration(circuits, end))
+    coriolis = mul(2.0, dot(swing, gap_velocity(circuits, end)))
+    return add(along, add(dot(swung, end.d), coriolis))
+
+
+@dataclass(frozen=True)
+class CentreDistance:
+    """Half the difference of the squared distances of the joint's two points from a point on the
+    axis of a coordinate of the loop [m²]. What turns about that point does not change it.
+    """
+
+    cut: int
+    coordinate: int
+    quadratic: ClassVar[bool] = True
+
+    def per_length(self, graph: Graph) -> float:  # noqa: ARG002
+        return 1.0
+
+    def arm(
+        self, circuits: Circuits, end: Ends, coordinate: int, side: float
+    ) -> tuple[Vector, float, Vector]:
+        """How the row sees a coordinate: the arm, the sign of its square in the row, and the point
+        that the coordinate moves.
+
+        It moves the joint's point on its own side about a fixed centre or, where the centre is
+        beyond it on that side, the centre, and with it the arm to the point opposite.
+        """
+        centre = _axis(circuits, end, self.coordinate).point
+        carried = _precedes(circuits, end, side, coordinate, self.coordinate)
+        sign = -side if carried else side
+        arm = (end.M.p if sign > 0 else end.F.p) - centre
+        return arm, sign, centre if carried else end.M.p if side > 0 else end.F.p
+
+    def _to_gap(self, end: Ends, axis_of: AxisOf) -> Vector:
+        """From the centre to the middle of the gap."""
+        return 0.5 * (end.M.p + end.F.p) - axis_of(self.coordinate).point
+
+    def value(self, circuits: Circuits, end: Ends) -> Scalar:
+        centre = _axis(circuits, end, self.coordinate).point
+        ahead, behind = end.M.p - centre, end.F.p - centre
+        return mul(0.5, sub(dot(ahead, ahead), dot(behind, behind)))
+
+    def derivative(
+        self, circuits: Circuits, end: Ends, coordinate: int, side: float, *, open_: bool = False
+    ) -> Scalar:
+        del open_  # exact on open loops in any case
+        return _arm_derivative(self, circuits, end, coordinate, side)
+
+    def rate(self, circuits: Circuits, end: Ends) -> Scalar:
+        u = self._to_gap(end, partial(_axis, circuits, end))
+        return dot(u, gap_velocity(circuits, end))
+
+    def acceleration(self, circuits: Circuits, end: Ends) -> Scalar:
+        u = self._to_gap(end, partial(_axis, circuits, end))
+        return dot(u, gap_acceleration(circuits, end))
+
+    def wrench(self, end: Ends, axis_of: AxisOf) -> Wrench:
+        u = self._to_gap(end, axis_of)
+        return Wrench(cross(end.M.p, u), u)
+
+
+@dataclass(frozen=True)
+class RodLength:
+    """Half of what the square of the gap differs from the square of a rod's length [m²]."""
+
+    cut: int
+    quadratic: ClassVar[bool] = True
+
+    def per_length(self, graph: Graph) -> float:
+        return 1.0 / graph.joints[self.cut].length
+
+    def arm(
+        self,
+        circuits: Circuits,  # noqa: ARG002
+        end: Ends,
+        coordinate: int,  # noqa: ARG002
+        side: float,
+    ) -> tuple[Vector, float, Vector]:
+        """As of `CentreDistance`: the arm is the rod."""
+        return end.d, 1.0, end.M.p if side > 0 else end.F.p
+
+    def value(self, circuits: Circuits, end: Ends) -> Scalar:
+        length = circuits.graph.joints[self.cut].length
+        return mul(0.5, sub(dot(end.d, end.d), length * length))
+
+    def derivative(
+        self, circuits: Circuits, end: Ends, coordinate: int, side: float, *, open_: bool = False
+    ) -> Scalar:
+        del open_  # exact on open loops in any case
+        return _arm_derivative(self, circuits, end, coordinate, side)
+
+    def rate(self, circuits: Circuits, end: Ends) -> Scalar:
+        return dot(end.d, gap_velocity(circuits, end))
+
+    def acceleration(self, circuits: Circuits, end: Ends) -> Scalar:
+        v = gap_velocity(circuits, end)
+        return add(dot(end.d, gap_acceleration(circuits, end)), dot(v, v))
+
+    def wrench(self, end: Ends, axis_of: AxisOf) -> Wrench:  # noqa: ARG002
+        return Wrench(cross(end.M.p, end.d), end.d)
+
+
+Distance = CentreDistance | RodLength
+
+
+@dataclass(frozen=True)
+class Perpendicular:
+    """The cosine between axis `a` of F and axis `b` of M, which must stay perpendicular."""
+
+    cut: int
     a: int
-    b: int = 0
+    b: int
+    quadratic: ClassVar[bool] = False
+
+    def per_length(self, graph: Graph) -> float:
+        return graph.length
+
+    def value(self, circuits: Circuits, end: Ends) -> Scalar:  # noqa: ARG002
+        return dot(end.F.R.column(self.a), end.M.R.column(self.b))
+
+    def _across(self, end: Ends) -> Vector:
+        return cross(end.M.R.column(self.b), end.F.R.column(self.a))
+
+    def derivative(
+        self, circuits: Circuits, end: Ends, coordinate: int, side: float, *, open_: bool = False
+    ) -> Scalar:
+        del open_  # exact on open loops in any case
+        axis, sign = circuits.axes(end.child if side > 0 else end.parent)[coordinate]
+        w, _ = pair_velocity(axis, sign * side, end.F.p)
+        return dot(w, self._across(end))
+
+    def rate(self, circuits: Circuits, end: Ends) -> Scalar:
+        w = circuits.twist(end.child).w - circuits.twist(end.parent).w
+        return dot(w, self._across(end))
+
+    def acceleration(self, circuits: Circuits, end: Ends) -> Scalar:
+        w_WP, w_WC = circuits.twist(end.parent).w, circuits.twist(end.child).w
+        alpha = circuits.accel(end.child).alpha - circuits.accel(end.parent).alpha
+        u, v = end.F.R.column(self.a), end.M.R.column(self.b)
+        turning = cross(cross(w_WC, v), u) + cross(v, cross(w_WP, u))
+        return add(dot(alpha, cross(v, u)), dot(w_WC - w_WP, turning))
+
+    def wrench(self, end: Ends, axis_of: AxisOf) -> Wrench:  # noqa: ARG002
+        return Wrench(self._across(end), ZERO)
 
 
-_POINT = (("frame", 0, 0), ("frame", 1, 0), ("frame", 2, 0))
-_SLIDE = (("frame", 0, 0), ("frame", 1, 0))
-_AXIS = (("align", 0, 2), ("align", 1, 2))
-_TURNLESS = (("align", 0, 1), ("align", 1, 2), ("align", 2, 0))
-_CANONICAL: dict[str, tuple[tuple[str, int, int], ...]] = {
-    "revolute": _POINT + _AXIS,
-    "prismatic": _SLIDE + _TURNLESS,
-    "cylindrical": _SLIDE + _AXIS,
-    "universal": (*_POINT, ("align", 2, 2)),
-    "spherical": _POINT,
-    "fixed": _POINT + _TURNLESS,
-    "planar": (("frame", 2, 0), *_AXIS),
-    "helical": (),
-    "free": (),
-    "rod": (("rod", 0, 0),),
+def _axis(circuits: Circuits, end: Ends, coordinate: int) -> Axis:
+    side = end.child if coordinate in circuits.path[end.child] else end.parent
+    return circuits.axes(side)[coordinate][0]
+
+
+def _precedes(circuits: Circuits, end: Ends, side: float, first: int, second: int) -> bool:
+    """Whether two coordinates are on this side of the loop, in this order from the base."""
+    path = circuits.path[end.child if side > 0 else end.parent]
+    return second in path and path.index(first) < path.index(second)
+
+
+def _arm_derivative(
+    row: Distance, circuits: Circuits, end: Ends, coordinate: int, side: float
+) -> Scalar:
+    arm, _, moved = row.arm(circuits, end, coordinate, side)
+    axis, sign = circuits.axes(end.child if side > 0 else end.parent)[coordinate]
+    return dot(arm, pair_velocity(axis, sign * side, moved)[1])
+
+
+_POINT = (0, 1, 2)  # axes of F along which there is no gap
+_AXIS = ((0, 2), (1, 2))  # axes of F and M that are perpendicular
+_TURNLESS = ((0, 1), (1, 2), (2, 0))
+_CANONICAL: dict[str, tuple[tuple[int, ...], tuple[tuple[int, int], ...]]] = {
+    "revolute": (_POINT, _AXIS),
+    "prismatic": ((0, 1), _TURNLESS),
+    "cylindrical": ((0, 1), _AXIS),
+    "universal": (_POINT, ((2, 2),)),
+    "spherical": (_POINT, ()),
+    "fixed": (_POINT, _TURNLESS),
+    "planar": ((2,), _AXIS),
 }
 
 
 def canonical_rows(joint: GraphJoint, cut: int) -> list[Row]:
     """All rows of a cut joint: six less its freedom."""
-    return [Row(cut, kind, a, b) for kind, a, b in _CANONICAL[joint.kind]]  # type: ignore[arg-type]
+    if joint.kind == "rod":
+        return [RodLength(cut)]
+    gaps, axes = _CANONICAL.get(joint.kind, ((), ()))
+    rows: list[Row] = [Gap(cut, FrameAxis("F", axis), gaps != _POINT) for axis in gaps]
+    return rows + [Perpendicular(cut, a, b) for a, b in axes]
+
+
+def candidate_rows(graph: Graph, cut: int, on_loop: list[int]) -> list[Row]:
+    """The canonical rows of a cut joint, and all that say the same in other directions."""
+    joint = graph.joints[cut]
+    rows = canonical_rows(joint, cut)
+    if _CANONICAL.get(joint.kind, ((), ()))[0] == _POINT:
+        rows += [Gap(cut, FrameAxis("M", axis)) for axis in range(3)]
+        rows += [Gap(cut, FrameAxis("W", axis)) for axis in range(3)]
+        rows += [Gap(cut, PairAxis(k)) for k in on_loop]
+        rows += [CentreDistance(cut, k) for k in on_loop if graph.coordinates[k].angle]
+    return rows
 
 
 def all_rows(graph: Graph, tree: Tree) -> list[Row]:
     """The canonical rows of all joints that a tree leaves out."""
     return [row for cut in tree.cuts for row in canonical_rows(graph.joints[cut], cut)]
-
-
-def per_length(graph: Graph, row: Row) -> float:
-    """What turns a row's gap into metres; a cosine counts at the characteristic length."""
-    if row.kind == "rod":
-        return 1.0 / graph.joints[row.cut].length
-    return graph.length if row.kind == "align" else 1.0
-
-
-def closes_point(joint: GraphJoint) -> bool:
-    """Whether the joint holds two points together, so that its gap vanishes in all directions."""
-    return _CANONICAL[joint.kind][:3] == _POINT
 
 
 _FACING = {  # axes of the two bodies that must not only be parallel, but point the same way
@@ -107,298 +374,4 @@ _FACING = {  # axes of the two bodies that must not only be parallel, but point 
 def cosines(circuits: Circuits, cut: int, end: Ends) -> list[Scalar]:
     """Between axes of a cut joint that have to point the same way: 1 where they do."""
     axes = _FACING.get(circuits.graph.joints[cut].kind, ())
-    return [dot(column(end.F.R, a), column(end.M.R, a)) for a in axes]
-
-
-class Ends(NamedTuple):
-    """The cut joint's frames as its two bodies carry them, and the points' gap d = p_M - p_F."""
-
-    parent: int
-    child: int
-    F: Pose
-    M: Pose
-    d: Vector
-
-
-def ends(circuits: Circuits, cut: int) -> Ends:
-    joint = circuits.graph.joints[cut]
-    P, C = circuits.pose(joint.parent), circuits.pose(joint.child)
-    F = Pose(compose(P.R, joint.F.R), plus(P.p, apply(P.R, joint.F.p)))
-    M = Pose(compose(C.R, joint.M.R), plus(C.p, apply(C.R, joint.M.p)))
-    return Ends(joint.parent, joint.child, F, M, minus(M.p, F.p))
-
-
-def loop(circuits: Circuits, cut: int) -> dict[int, float]:
-    """Coordinates on the cut joint's loop: +1 on the child's side, -1 on the parent's."""
-    joint = circuits.graph.joints[cut]
-    ahead, behind = circuits.path[joint.child], circuits.path[joint.parent]
-    signs = {k: 1.0 for k in ahead if k not in behind}
-    return signs | {k: -1.0 for k in behind if k not in ahead}
-
-
-def _axis_of(circuits: Circuits, end: Ends, coordinate: int) -> tuple[Vector, Vector]:
-    side = end.child if coordinate in circuits.path[end.child] else end.parent
-    axis, _ = circuits.axes(side)[coordinate]
-    return axis.direction, axis.point
-
-
-def arm(
-    circuits: Circuits, row: Row, end: Ends, coordinate: int, side: float
-) -> tuple[Vector, float, Vector]:
-    """How a "centre" or "rod" row sees a coordinate: the arm, the sign of its square in the row,
-    and the point that the coordinate moves.
-
-    The coordinate moves the point on its own side about a fixed centre, or, where the centre is
-    beyond it on the same side, moves the centre and with it the arm to the point opposite.
-    """
-    own = end.M.p if side > 0 else end.F.p
-    if row.kind == "rod":
-        return end.d, 1.0, own
-    path = circuits.path[end.child if side > 0 else end.parent]
-    carried = row.a in path and path.index(coordinate) < path.index(row.a)
-    sign = -side if carried else side
-    centre = _axis_of(circuits, end, row.a)[1]
-    return minus(end.M.p if sign > 0 else end.F.p, centre), sign, centre if carried else own
-
-
-def direction(circuits: Circuits, row: Row, end: Ends) -> Vector:
-    """The direction in which a gap row measures (for "centre": from there to the gap's middle)."""
-    if row.kind == "rod":
-        return end.d
-    if row.kind == "frame":
-        return column(end.F.R, row.a)
-    if row.kind == "child":
-        return column(end.M.R, row.a)
-    if row.kind == "base":
-        return (float(row.a == 0), float(row.a == 1), float(row.a == 2))
-    along, point = _axis_of(circuits, end, row.a)
-    if row.kind == "pair":
-        return along
-    return minus(times(0.5, plus(end.M.p, end.F.p)), point)
-
-
-def value(circuits: Circuits, row: Row, end: Ends) -> Scalar:
-    """The row's gap: metres, for "centre" square metres, for "align" a cosine."""
-    if row.kind == "align":
-        return dot(column(end.F.R, row.a), column(end.M.R, row.b))
-    if row.kind == "centre":
-        _, point = _axis_of(circuits, end, row.a)
-        ahead, behind = minus(end.M.p, point), minus(end.F.p, point)
-        return mul(0.5, sub(dot(ahead, ahead), dot(behind, behind)))
-    if row.kind == "rod":
-        length = circuits.graph.joints[row.cut].length
-        return mul(0.5, sub(dot(end.d, end.d), length * length))
-    return dot(direction(circuits, row, end), end.d)
-
-
-def turns_with_parent(circuits: Circuits, row: Row) -> bool:
-    """Whether the row's direction turns with the parent while its gap is not zero."""
-    return row.kind == "frame" and not closes_point(circuits.graph.joints[row.cut])
-
-
-def carries(circuits: Circuits, row: Row, end: Ends, coordinate: int, side: float) -> bool:
-    """Whether the direction in which a gap row measures turns with a coordinate of its loop."""
-    if row.kind != "pair":
-        return (row.kind, side) in (("frame", -1.0), ("child", 1.0))
-    path = circuits.path[end.child if side > 0 else end.parent]
-    return row.a in path and path.index(coordinate) < path.index(row.a)
-
-
-def derivative(
-    circuits: Circuits, row: Row, end: Ends, coordinate: int, side: float, *, open_: bool = False
-) -> Scalar:
-    """The row's derivative by one coordinate of its loop, on the closed loop; with `open_` on an
-    open one too, whose gap counts where the row's direction turns.
-    """
-    body = end.child if side > 0 else end.parent
-    axis, sign = circuits.axes(body)[coordinate]
-    if row.kind == "align":
-        w, _ = pair_velocity(axis, sign * side, end.F.p)
-        u, v = column(end.F.R, row.a), column(end.M.R, row.b)
-        return dot(w, cross(v, u))
-    if row.kind in ("centre", "rod"):  # exact on open loops in any case
-        u, _, moved = arm(circuits, row, end, coordinate, side)
-        return dot(u, pair_velocity(axis, sign * side, moved)[1])
-    u, moved = direction(circuits, row, end), end.M.p if side > 0 else end.F.p
-    w, v = pair_velocity(axis, sign * side, moved)
-    slope = dot(u, v)
-    # (w is minus the rate at which F turns with the parent.)
-    if (open_ or turns_with_parent(circuits, row)) and carries(
-        circuits, row, end, coordinate, side
-    ):
-        slope = add(slope, mul(side, dot(cross(w, u), end.d)))
-    return slope
-
-
-def rate(circuits: Circuits, row: Row, end: Ends) -> Scalar:
-    """The row's time derivative from the bodies' twists, on the closed loop (eq. 10)."""
-    P, C = circuits.twist(end.parent), circuits.twist(end.child)
-    if row.kind == "align":
-        u, v = column(end.F.R, row.a), column(end.M.R, row.b)
-        return dot(minus(C.w, P.w), cross(v, u))
-    u = direction(circuits, row, end)
-    v = gap_velocity(circuits, end)
-    if not turns_with_parent(circuits, row):
-        return dot(u, v)
-    return add(dot(u, v), dot(cross(P.w, u), end.d))
-
-
-def gap_velocity(circuits: Circuits, end: Ends) -> Vector:
-    ahead = point_velocity(circuits.pose(end.child), circuits.twist(end.child), end.M.p)
-    behind = point_velocity(circuits.pose(end.parent), circuits.twist(end.parent), end.F.p)
-    return minus(ahead, behind)
-
-
-def gap_acceleration(circuits: Circuits, end: Ends) -> Vector:
-    C, P = end.child, end.parent
-    return minus(
-        point_acceleration(circuits.pose(C), circuits.twist(C), circuits.accel(C), end.M.p),
-        point_acceleration(circuits.pose(P), circuits.twist(P), circuits.accel(P), end.F.p),
-    )
-
-
-def acceleration(circuits: Circuits, row: Row, end: Ends) -> Scalar:
-    """The row's second time derivative from the bodies' accelerations, on the closed loop."""
-    P, C = circuits.twist(end.parent), circuits.twist(end.child)
-    p, c = circuits.accel(end.parent), circuits.accel(end.child)
-    if row.kind == "align":
-        u, v = column(end.F.R, row.a), column(end.M.R, row.b)
-        turning = plus(cross(cross(C.w, v), u), cross(v, cross(P.w, u)))
-        relative = dot(minus(c.alpha, p.alpha), cross(v, u))
-        return add(relative, dot(minus(C.w, P.w), turning))
-    u = direction(circuits, row, end)
-    along = dot(u, gap_acceleration(circuits, end))
-    if row.kind == "rod":
-        v = gap_velocity(circuits, end)
-        return add(along, dot(v, v))
-    if not turns_with_parent(circuits, row):
-        return along
-    swing = cross(P.w, u)
-    swung = plus(cross(p.alpha, u), cross(P.w, swing))
-    coriolis = mul(2.0, dot(swing, gap_velocity(circuits, end)))
-    return add(along, add(dot(swung, end.d), coriolis))
-
-
-class Reading(NamedTuple):
-    """A cut joint's coordinates read off its two bodies: slides, and (sine, cosine) of turns,
-    each pair scaled by the same positive number.
-    """
-
-    slides: dict[int, Scalar]
-    turns: dict[int, tuple[Scalar, Scalar]]
-
-
-def _turning(joint: GraphJoint) -> list[tuple[int, int]]:
-    return [(k, joint.pairs[k - joint.first].axis) for k in joint.turns]
-
-
-def _parity(axes: list[tuple[int, int]]) -> float:
-    return 1.0 if (axes[1][1] - axes[0][1]) % 3 == 1 else -1.0
-
-
-def read(circuits: Circuits, cut: int, end: Ends, functions: Functions) -> Reading:
-    """The coordinates of a joint outside the tree, from the poses of its bodies."""
-    joint = circuits.graph.joints[cut]
-    slides = {
-        k: dot(column(end.F.R, pair.axis), end.d)
-        for k, pair in zip(joint.coordinates, joint.pairs, strict=True)
-        if pair.slides
-    }
-    axes = _turning(joint)
-    if not axes:
-        return Reading(slides, {})
-    R = compose(compose(transpose(end.F.R), end.M.R), transpose(joint.tail))
-    return Reading(slides, _turns(R, axes, functions))
-
-
-def _turns(
-    R: Matrix, axes: list[tuple[int, int]], functions: Functions
-) -> dict[int, tuple[Scalar, Scalar]]:
-    first, i = axes[0]
-    j, k = (i + 1) % 3, (i + 2) % 3
-    if len(axes) == 1:
-        return {first: (R[k][j], R[j][j])}
-    if len(axes) == 2:  # universal: about z, then about x
-        return {first: (R[1][0], R[0][0]), axes[1][0]: (R[2][1], R[2][2])}
-    sign = _parity(axes)
-    j, k = axes[1][1], axes[2][1]
-    middle = functions.sqrt(add(mul(R[i][i], R[i][i]), mul(R[i][j], R[i][j])))
-    return {
-        first: (mul(-sign, R[j][k]), R[k][k]),
-        axes[1][0]: (mul(sign, R[i][k]), middle),
-        axes[2][0]: (mul(-sign, R[i][j]), R[i][i]),
-    }
-
-
-def _directions(joint: GraphJoint, end: Ends, middle: Scalar) -> list[Vector]:
-    axes = _turning(joint)
-    found = [column(end.F.R, axes[0][1])] if axes else []
-    if len(axes) == 2:
-        found.append(column(end.M.R, 2))
-    elif len(axes) == 3:
-        last = column(end.M.R, axes[2][1])
-        across = times(_parity(axes) / middle, cross(last, found[0]))
-        found += [across, last]
-    return found
-
-
-def _resolved(w: Vector, directions: list[Vector]) -> list[Scalar]:
-    """The components of an angular velocity along the axes of one, two or three turns."""
-    parts = [dot(w, e) for e in directions]
-    if len(parts) == 3:
-        lean = dot(directions[0], directions[2])
-        scale = 1.0 / sub(1.0, mul(lean, lean))
-        first, last = parts[0], parts[2]
-        parts[0] = mul(scale, sub(first, mul(lean, last)))
-        parts[2] = mul(scale, sub(last, mul(lean, first)))
-    return parts
-
-
-def read_rates(
-    circuits: Circuits, cut: int, end: Ends, reading: Reading, *, accelerations: bool
-) -> tuple[dict[int, Scalar], dict[int, Scalar]]:
-    """First and second derivatives of a cut joint's coordinates, which have been `read`."""
-    joint = circuits.graph.joints[cut]
-    cosines = [cosine for _, cosine in reading.turns.values()]
-    middle = cosines[1] if len(cosines) == 3 else 1.0
-    P, C = circuits.twist(end.parent), circuits.twist(end.child)
-    directions = _directions(joint, end, middle)
-    turning = [k for k, _ in _turning(joint)]
-    rates = dict(zip(turning, _resolved(minus(C.w, P.w), directions), strict=True))
-    second: dict[int, Scalar] = {}
-    if accelerations and turning:
-        bias = minus(circuits.accel(end.child).alpha, circuits.accel(end.parent).alpha)
-        w = P.w
-        for k, e in zip(turning, directions, strict=True):
-            bias = minus(bias, times(rates[k], cross(w, e)))
-            w = plus(w, times(rates[k], e))
-        second = dict(zip(turning, _resolved(bias, directions), strict=True))
-    for k, pair in zip(joint.coordinates, joint.pairs, strict=True):
-        if pair.slides:
-            u, v = column(end.F.R, pair.axis), gap_velocity(circuits, end)
-            swing = cross(P.w, u)
-            rates[k] = add(dot(u, v), dot(swing, end.d))
-            if accelerations:
-                swung = plus(cross(circuits.accel(end.parent).alpha, u), cross(P.w, swing))
-                along = dot(u, gap_acceleration(circuits, end))
-                coriolis = mul(2.0, dot(swing, v))
-                second[k] = add(along, add(dot(swung, end.d), coriolis))
-    return rates, second
-
-
-def cone(
-    circuits: Circuits, cut: int, end: Ends, functions: Functions, *, derivatives: int
-) -> tuple[Scalar, Scalar, Scalar]:
-    """The angle between a spherical joint's two z axes, and its derivatives (undefined at 0)."""
-    row = Row(cut, "align", 2, 2)
-    z, cosine = cross(column(end.F.R, 2), column(end.M.R, 2)), value(circuits, row, end)
-    square = dot(z, z)
-    sine = functions.sqrt(square)
-    angle = functions.atan2(sine, cosine)
-    if derivatives < 1 or (type(square) is float and square == 0.0):  # zero in every pose
-        return angle, 0.0, 0.0
-    first = -rate(circuits, row, end) / sine
-    if derivatives < 2:
-        return angle, first, 0.0
-    second = -(acceleration(circuits, row, end) + cosine * first * first) / sine
-    return angle, first, second
+    return [dot(end.F.R.column(a), end.M.R.column(a)) for a in axes]

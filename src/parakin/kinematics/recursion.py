@@ -13,42 +13,29 @@ from typing import NamedTuple
 
 from parakin.algebra.dual import dual
 from parakin.algebra.spatial import (
-    IDENTITY,
+    NOWHERE,
     ZERO,
     Functions,
     Matrix,
+    Pose,
     Scalar,
     Vector,
-    apply,
-    column,
-    compose,
     cross,
-    minus,
     mul,
-    plus,
-    times,
-    transpose,
     turned,
 )
 from parakin.model.graph import Graph, GraphJoint, Pair, Tree
 
 
-class Pose(NamedTuple):
-    """R_WB (columns are the body's axes) and p_WB, the body's origin, in base components."""
-
-    R: Matrix
-    p: Vector
-
-
 class Twist(NamedTuple):
-    """w_WB and v_WB, the velocity of the body's origin."""
+    """V_WB: w_WB and v_WB, the velocity of the body's origin."""
 
     w: Vector
     v: Vector
 
 
 class Accel(NamedTuple):
-    """alpha_WB and a_WB, the acceleration of the body's origin."""
+    """A_WB: alpha_WB and a_WB, the acceleration of the body's origin."""
 
     alpha: Vector
     a: Vector
@@ -65,15 +52,22 @@ class Axis(NamedTuple):
 
 AT_REST = Twist(ZERO, ZERO)
 UNACCELERATED = Accel(ZERO, ZERO)
-BASE = Pose(IDENTITY, ZERO)
 
 
 class Turn(NamedTuple):
-    """A coordinate as the recursion needs it: its value (of a slide) or cosine and sine."""
+    """A coordinate as the recursion needs it: cosine and sine, or, of a slide or screw, its value;
+    None where only cosine and sine have been found.
+    """
 
-    value: Scalar
+    value: Scalar | None
     cosine: Scalar
     sine: Scalar
+
+    @property
+    def amount(self) -> Scalar:
+        """The value."""
+        assert self.value is not None
+        return self.value
 
 
 def slide(value: Scalar) -> Turn:
@@ -102,90 +96,90 @@ def _order(joint: GraphJoint, reverse: bool) -> list[tuple[int, Pair]]:
 
 
 def step_pose(
-    near: Pose, joint: GraphJoint, reverse: bool, turns: Mapping[int, Turn]
+    X_WP: Pose, joint: GraphJoint, reverse: bool, turns: Mapping[int, Turn]
 ) -> tuple[Pose, dict[int, Axis]]:
-    """The pose of the body across `joint`, and the joint's axes on the way."""
-    start, end = (joint.M, joint.F) if reverse else (joint.F, joint.M)
-    R = compose(near.R, start.R)
-    p = plus(near.p, apply(near.R, start.p))
+    """X_WB of the body across `joint` from P (eq. 1), and the joint's axes on the way."""
+    X_PF, X_BM = (joint.M, joint.F) if reverse else (joint.F, joint.M)
+    R: Matrix
+    p: Vector
+    R, p = X_WP @ X_PF
     if reverse:
-        R = compose(R, transpose(joint.tail))
+        R = R @ joint.tail.T
     axes: dict[int, Axis] = {}
     sign = -1.0 if reverse else 1.0
     for k, pair in _order(joint, reverse):
-        direction = column(R, pair.axis)
-        axes[k] = Axis(pair.slides, direction, p, pair.pitch)
+        u = R.column(pair.axis)
+        axes[k] = Axis(pair.slides, u, p, pair.pitch)
+        q = turns[k]
         if pair.slides:
-            p = plus(p, times(mul(sign, turns[k].value), direction))
+            p += mul(sign, q.amount) * u
         else:
             if pair.pitch:
-                p = plus(p, times(mul(sign * pair.pitch, turns[k].value), direction))
-            R = turned(R, pair.axis, turns[k].cosine, mul(sign, turns[k].sine))
+                p += mul(sign * pair.pitch, q.amount) * u
+            R = turned(R, pair.axis, q.cosine, mul(sign, q.sine))
     if not reverse:
-        R = compose(R, joint.tail)
-    R = compose(R, transpose(end.R))
-    return Pose(R, minus(p, apply(R, end.p))), axes
+        R = R @ joint.tail
+    R_WB = R @ X_BM.R.T
+    return Pose(R_WB, p - R_WB @ X_BM.p), axes
 
 
 def step_twist(
-    twist: Twist,
-    near: Pose,
-    far: Pose,
+    V_WP: Twist,
+    p_WP: Vector,
+    p_WB: Vector,
     joint: GraphJoint,
     reverse: bool,
     axes: Mapping[int, Axis],
     rates: Mapping[int, Scalar],
 ) -> Twist:
-    """The velocities across a joint: each pair adds its own rate along its axis (eq. 9)."""
+    """V_WB across a joint from P: each pair adds its own rate along its axis (eqs. 8 and 9)."""
     sign = -1.0 if reverse else 1.0
-    w, v, at = twist.w, twist.v, near.p
+    (w, v), at = V_WP, p_WP
     for k, pair in _order(joint, reverse):
         axis = axes[k]
-        v, at = plus(v, cross(w, minus(axis.point, at))), axis.point
-        along = times(mul(sign, rates[k]), axis.direction)
+        v, at = v + cross(w, axis.point - at), axis.point
+        u_qd = mul(sign, rates[k]) * axis.direction
         if pair.slides:
-            v = plus(v, along)
+            v += u_qd
         else:
-            w, v = plus(w, along), plus(v, times(pair.pitch, along))
-    return Twist(w, plus(v, cross(w, minus(far.p, at))))
+            w, v = w + u_qd, v + pair.pitch * u_qd
+    return Twist(w, v + cross(w, p_WB - at))
 
 
 def step_accel(
-    accel: Accel,
-    twist: Twist,
-    near: Pose,
-    far: Pose,
+    A_WP: Accel,
+    V_WP: Twist,
+    p_WP: Vector,
+    p_WB: Vector,
     joint: GraphJoint,
     reverse: bool,
     axes: Mapping[int, Axis],
     rates: Mapping[int, Scalar],
     second: Mapping[int, Scalar],
 ) -> Accel:
-    """The accelerations across a joint: the derivative of `step_twist`.
+    """A_WB across a joint from P: the derivative of `step_twist`.
 
-    A slide contributes the Coriolis term 2 w x (a qd), a turn w x (a qd).
+    A slide contributes the Coriolis term 2 w x (u qd), a turn w x (u qd).
     """
     sign = -1.0 if reverse else 1.0
-    alpha, a = accel
-    w, at = twist.w, near.p
-
-    def carried(to: Vector) -> Vector:
-        r = minus(to, at)
-        return plus(a, plus(cross(alpha, r), cross(w, cross(w, r))))
-
+    (alpha, a), w, at = A_WP, V_WP.w, p_WP
     for k, pair in _order(joint, reverse):
         axis = axes[k]
-        a, at = carried(axis.point), axis.point
-        rate = times(mul(sign, rates[k]), axis.direction)
-        along = times(mul(sign, second[k]), axis.direction)
-        turning = cross(w, rate)
+        a, at = _carried(a, alpha, w, axis.point - at), axis.point
+        u_qd = mul(sign, rates[k]) * axis.direction
+        u_qdd = mul(sign, second[k]) * axis.direction
         if pair.slides:
-            a = plus(a, plus(along, times(2.0, turning)))
+            a += u_qdd + 2.0 * cross(w, u_qd)
         else:
-            alpha = plus(alpha, plus(along, turning))
-            a = plus(a, times(pair.pitch, plus(along, times(2.0, turning))))
-            w = plus(w, rate)
-    return Accel(alpha, carried(far.p))
+            alpha += u_qdd + cross(w, u_qd)
+            a += pair.pitch * (u_qdd + 2.0 * cross(w, u_qd))
+            w += u_qd
+    return Accel(alpha, _carried(a, alpha, w, p_WB - at))
+
+
+def _carried(a: Vector, alpha: Vector, w: Vector, r: Vector) -> Vector:
+    """The acceleration of a point at `r` from another of the same body."""
+    return a + (cross(alpha, r) + cross(w, cross(w, r)))
 
 
 class Circuits:
@@ -209,9 +203,10 @@ class Circuits:
             self._steps[far] = (near, k, reverse)
             walked = [number for number, _ in _order(joint, reverse)]
             self.path[far] = (*self.path[near], *walked)
-        self._poses: dict[int, tuple[Pose, dict[int, Axis]]] = {0: (BASE, {})}
+        self._poses: dict[int, tuple[Pose, dict[int, Axis]]] = {0: (NOWHERE, {})}
         self._twists: dict[int, Twist] = {0: AT_REST}
         self._accels: dict[int, Accel] = {0: UNACCELERATED}
+        self._axes: dict[int, dict[int, tuple[Axis, float]]] = {0: {}}
 
     def varied(
         self,
@@ -229,6 +224,7 @@ class Circuits:
         faster = moved | set(rates or ())
         changed = faster | set(second or ())
         other._poses = {b: x for b, x in self._poses.items() if moved.isdisjoint(self.path[b])}
+        other._axes = {b: x for b, x in self._axes.items() if moved.isdisjoint(self.path[b])}
         other._twists = {b: x for b, x in self._twists.items() if faster.isdisjoint(self.path[b])}
         other._accels = {b: x for b, x in self._accels.items() if changed.isdisjoint(self.path[b])}
         return other
@@ -270,7 +266,7 @@ class Circuits:
             far, axes = self._pose(body)
             joint = self.graph.joints[k]
             self._twists[body] = step_twist(
-                self.twist(near), self.pose(near), far, joint, reverse, axes, self.rates
+                self.twist(near), self.pose(near).p, far.p, joint, reverse, axes, self.rates
             )
         return self._twists[body]
 
@@ -282,8 +278,8 @@ class Circuits:
             self._accels[body] = step_accel(
                 self.accel(near),
                 self.twist(near),
-                self.pose(near),
-                far,
+                self.pose(near).p,
+                far.p,
                 joint,
                 reverse,
                 axes,
@@ -294,29 +290,27 @@ class Circuits:
 
     def axes(self, body: int) -> dict[int, tuple[Axis, float]]:
         """Every pair between base and body: its axis, and -1 where the tree walks it backwards."""
-        found: dict[int, tuple[Axis, float]] = {}
-        while body in self._steps:
+        if body not in self._axes:
             near, _, reverse = self._steps[body]
-            for k, axis in self._pose(body)[1].items():
-                found[k] = (axis, -1.0 if reverse else 1.0)
-            body = near
-        return found
+            sign = -1.0 if reverse else 1.0
+            here = {k: (axis, sign) for k, axis in self._pose(body)[1].items()}
+            self._axes[body] = {**here, **self.axes(near)}
+        return self._axes[body]
 
 
-def point_velocity(pose: Pose, twist: Twist, point: Vector) -> Vector:
+def point_velocity(X_WB: Pose, V_WB: Twist, point: Vector) -> Vector:
     """Velocity of a point of the body, given in base components."""
-    return plus(twist.v, cross(twist.w, minus(point, pose.p)))
+    return V_WB.v + cross(V_WB.w, point - X_WB.p)
 
 
-def point_acceleration(pose: Pose, twist: Twist, accel: Accel, point: Vector) -> Vector:
-    r = minus(point, pose.p)
-    return plus(accel.a, plus(cross(accel.alpha, r), cross(twist.w, cross(twist.w, r))))
+def point_acceleration(X_WB: Pose, V_WB: Twist, A_WB: Accel, point: Vector) -> Vector:
+    """Acceleration of a point of the body, given in base components."""
+    return _carried(A_WB.a, A_WB.alpha, V_WB.w, point - X_WB.p)
 
 
 def pair_velocity(axis: Axis, sign: float, point: Vector) -> tuple[Vector, Vector]:
     """What one unit of a pair's rate gives the bodies beyond it: (w, v at `point`)."""
-    direction = times(sign, axis.direction)
+    u = sign * axis.direction
     if axis.slides:
-        return ZERO, direction
-    around = cross(direction, minus(point, axis.point))
-    return direction, plus(around, times(axis.pitch, direction))
+        return ZERO, u
+    return u, cross(u, point - axis.point) + axis.pitch * u

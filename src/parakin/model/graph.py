@@ -12,8 +12,19 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from parakin.algebra import spatial
-from parakin.algebra.spatial import IDENTITY, Matrix, Vector
+from parakin.algebra.spatial import (
+    IDENTITY,
+    NOWHERE,
+    ZERO,
+    Matrix,
+    Pose,
+    Vector,
+    cross,
+    dot,
+    matrix,
+    turned,
+    vector,
+)
 from parakin.errors import InputError, nearest
 from parakin.model.expressions import ANGLE, LENGTH, Dimension, Parameters
 from parakin.model.mechanism import MAX_JOINTS, Frame, Mechanism
@@ -36,7 +47,8 @@ X_TURN, Y_TURN, Z_TURN = (Pair(False, axis) for axis in range(3))
 X_SLIDE, Y_SLIDE, Z_SLIDE = (Pair(True, axis) for axis in range(3))
 
 # Theta of eq. (2), active: it turns z onto x, the second axis of a universal joint.
-THETA: Matrix = ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0))
+Placement = Pose
+THETA: Matrix[float] = matrix(((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)))
 
 PAIRS: dict[str, tuple[Pair, ...]] = {
     "revolute": (Z_TURN,),
@@ -52,14 +64,6 @@ PAIRS: dict[str, tuple[Pair, ...]] = {
 
 
 @dataclass(frozen=True)
-class Placement:
-    """A frame on a body: its axes (columns of `R`) and origin in body components."""
-
-    R: Matrix
-    p: Vector
-
-
-@dataclass(frozen=True)
 class GraphJoint:
     """A joint in numbers: frame F on its parent, M on its child, pairs and tail between.
 
@@ -70,10 +74,10 @@ class GraphJoint:
     kind: str
     parent: int
     child: int
-    F: Placement
-    M: Placement
+    F: Pose[float]
+    M: Pose[float]
     pairs: tuple[Pair, ...]
-    tail: Matrix
+    tail: Matrix[float]
     first: int
     actuated: bool = False
     length: float = 0.0
@@ -131,7 +135,7 @@ class Graph:
     mechanism: Mechanism
     parameters: Mapping[str, float]
     bodies: tuple[str, ...]
-    points: Mapping[str, tuple[int, Vector]]
+    points: Mapping[str, tuple[int, Vector[float]]]
     joints: tuple[GraphJoint, ...]
     coordinates: tuple[Coordinate, ...]
     cones: Mapping[str, tuple[int, tuple[float, float]]]
@@ -241,7 +245,7 @@ class Graph:
         cuts = tuple(k for k in range(len(self.joints)) if k not in set(kept))
         return Tree(tuple(steps), cuts)
 
-    def recentred(self, number: int, R_FM: Matrix) -> Graph:
+    def recentred(self, number: int, R_FM: Matrix[float]) -> Graph:
         """With a twin beside a joint of three turns, whose angles vanish at orientation `R_FM`.
 
         Three angles are not defined everywhere; the twin's are, near that orientation. It is a
@@ -291,22 +295,21 @@ class Graph:
         links = tuple(f"{joint.name}.{k}" for k in range(1, len(joint.pairs)))
         bodies = (*self.bodies, *links)
         along = [joint.parent, *range(len(self.bodies), len(bodies)), joint.child]
-        nowhere = Placement(IDENTITY, (0.0, 0.0, 0.0))
-        last = Placement(spatial.compose(joint.M.R, spatial.transpose(joint.tail)), joint.M.p)
+        last = Pose(joint.M.R @ joint.tail.T, joint.M.p)
         for i, pair in enumerate(joint.pairs):
-            onto: Matrix = tuple(  # type: ignore[assignment]
-                tuple(float(row == (pair.axis + k) % 3) for k in (1, 2, 0)) for row in range(3)
+            onto = matrix(
+                [float(row == (pair.axis + k) % 3) for k in (1, 2, 0)] for row in range(3)
             )  # turns z into the pair's axis
-            F = joint.F if i == 0 else nowhere
-            M = last if i == len(joint.pairs) - 1 else nowhere
+            F = joint.F if i == 0 else NOWHERE
+            M = last if i == len(joint.pairs) - 1 else NOWHERE
             k = joint.first + i
             single = GraphJoint(
                 coordinates[k].name,
                 "prismatic" if pair.slides else "revolute",
                 along[i],
                 along[i + 1],
-                Placement(_snap(spatial.compose(F.R, onto)), F.p),
-                Placement(_snap(spatial.compose(M.R, onto)), M.p),
+                Pose(_snap(F.R @ onto), F.p),
+                Pose(_snap(M.R @ onto), M.p),
                 (pair._replace(axis=2),),
                 IDENTITY,
                 k,
@@ -325,26 +328,25 @@ class Graph:
         )
 
 
-def unit(a: Vector, place: str) -> Vector:
+def unit(a: Vector[float], place: str) -> Vector[float]:
     """`a` scaled to length one. Raises InputError where it is zero."""
     norm = math.hypot(*a)
     if not norm > 1e-12:
         raise InputError(place, f"the axis {list(a)}", "an axis that is not zero")
-    return (a[0] / norm, a[1] / norm, a[2] / norm)
+    return vector(entry / norm for entry in a)
 
 
-def _snap(m: Matrix) -> Matrix:
+def _snap(m: Matrix[float]) -> Matrix[float]:
     """Entries within rounding of 0 and ±1 become exact, so that the recursion can drop them."""
 
     def entry(a: float) -> float:
         near = float(round(a))
         return near + 0.0 if abs(a - near) < 4e-16 else a
 
-    rows = [tuple(entry(a) for a in row) for row in m]
-    return (rows[0], rows[1], rows[2])  # type: ignore[return-value]
+    return matrix([entry(a) for a in row] for row in m)
 
 
-def placement(frame: Frame, parameters: Parameters, place: str) -> Placement:
+def placement(frame: Frame, parameters: Parameters, place: str) -> Pose[float]:
     """The numbers of a frame: z along `axis`, x as near as can be to the one asked for.
 
     Raises InputError on expressions that fail and axes that are zero or parallel.
@@ -354,30 +356,28 @@ def placement(frame: Frame, parameters: Parameters, place: str) -> Placement:
         R = IDENTITY
         for number, (axis, angle) in enumerate(frame.turns):
             q = parameters.evaluate(angle, ANGLE, f"{place}.turns[{number}]")
-            R = spatial.turned(R, AXES[axis], math.cos(q), math.sin(q))
-        return Placement(_snap(R), p)
+            R = turned(R, AXES[axis], math.cos(q), math.sin(q))
+        return Pose(_snap(R), p)
     if frame.turns:
         raise InputError(f"{place}.turns", "turns beside an axis", "either turns or an axis")
     along = frame.axis if frame.axis is not None else (0.0, 0.0, 1.0)
     z = unit(_vector(along, parameters, f"{place}.axis", LENGTH), f"{place}.axis")
     if frame.x is not None:
         x = unit(_vector(frame.x, parameters, f"{place}.x", LENGTH), f"{place}.x")
-        if abs(spatial.dot(x, z)) > 1 - 1e-9:
+        if abs(dot(x, z)) > 1 - 1e-9:
             raise InputError(f"{place}.x", f"{list(frame.x)} along the axis", "another direction")
     else:
-        x = (1.0, 0.0, 0.0) if abs(z[0]) < 1 - 1e-9 else (0.0, 1.0, 0.0)
-    x = unit(spatial.minus(x, spatial.times(spatial.dot(x, z), z)), f"{place}.x")
-    y = spatial.cross(z, x)
-    return Placement(_snap(spatial.transpose((x, y, z))), p)
+        x = vector((1.0, 0.0, 0.0) if abs(z[0]) < 1 - 1e-9 else (0.0, 1.0, 0.0))
+    x = unit(x - dot(x, z) * z, f"{place}.x")
+    return Pose(_snap(Matrix((x, cross(z, x), z)).T), p)
 
 
 def _vector(
     triple: Sequence[float | int | str], parameters: Parameters, place: str, dimension: Dimension
-) -> Vector:
-    a, b, c = (
+) -> Vector[float]:
+    return vector(
         parameters.evaluate(value, dimension, f"{place}[{k}]") for k, value in enumerate(triple)
     )
-    return (a, b, c)
 
 
 def graph_of(mechanism: Mechanism) -> Graph:
@@ -442,7 +442,7 @@ def graph_of(mechanism: Mechanism) -> Graph:
         raise InputError(f"{where}: joints", f"{len(named)} coordinates", expected)
     if mechanism.platform is not None:
         platform = mechanism.platform
-        origin = points[f"{platform.body}.{platform.point}"][1] if platform.point else (0.0,) * 3
+        origin = points[f"{platform.body}.{platform.point}"][1] if platform.point else ZERO
         turns = tuple(Pair(False, AXES[axis]) for _, axis in platform.angles)
         slides = tuple(Pair(True, axis) for axis in range(3))
         joints.append(
@@ -451,8 +451,8 @@ def graph_of(mechanism: Mechanism) -> Graph:
                 "free",
                 0,
                 number[platform.body],
-                Placement(IDENTITY, (0.0, 0.0, 0.0)),
-                Placement(IDENTITY, (origin[0], origin[1], origin[2])),
+                NOWHERE,
+                Pose(IDENTITY, origin),
                 slides + turns,
                 IDENTITY,
                 len(named),
@@ -470,7 +470,7 @@ def _with_values(
     parameters: Parameters,
     values: Mapping[str, float],
     bodies: tuple[str, ...],
-    points: Mapping[str, tuple[int, Vector]],
+    points: Mapping[str, tuple[int, Vector[float]]],
     joints: Sequence[GraphJoint],
     named: Sequence[tuple[str, int, bool, bool]],
 ) -> Graph:

@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from parakin.algebra.spatial import as_float
 from parakin.arrays import FloatArray
 from parakin.errors import DrivenError
-from parakin.kinematics import closure
+from parakin.kinematics import loops
 from parakin.kinematics.assembly import (
     Configuration,
     configure,
@@ -17,14 +18,20 @@ from parakin.kinematics.assembly import (
     functional,
     loop_rank,
 )
-from parakin.kinematics.closure import Row
-from parakin.kinematics.recursion import Turn
+from parakin.kinematics.closure import Row, canonical_rows
 from parakin.model.graph import Graph, Tree
-from parakin.planning.plan import Block, Form
+from parakin.planning import forms
+from parakin.planning.forms import (
+    CosineAngle,
+    LinearSlide,
+    QuadraticSlide,
+    TangentAngle,
+    TwoRowAngle,
+)
+from parakin.planning.plan import Block
 
 _ZERO = 1e-9  # a derivative this small, in scaled units, is none
 _CROSSING = 0.3  # sine of the angle at which two rows cross well enough to be solved together
-_POOR = 0.05  # a home this near to singular, per unknown, is not what others are measured by
 _WORTH = 0.3  # of the best row's figure: one less good that is steadier
 _STEADY = 1e-9  # volumes that differ by no more are the same
 _FLAT = 1e-6  # a row this near to a singularity of its own, at home or near it, is of no use
@@ -63,7 +70,7 @@ def refined(
                 found.append((-round(figure, 2), len(needs), k, i, block))
         if found:
             block = _steadiest(graph, sorted(found, key=lambda f: f[:4]), ordered, at)
-            if block.form == "turn with constant":
+            if isinstance(block.form, CosineAngle):
                 (k,) = block.unknowns
                 block = _by_two(
                     graph, block, [r for r, n in dependence.items() if n - solved == {k}], at
@@ -114,7 +121,7 @@ def steady(graph: Graph, rows: Sequence[Row], samples: Sequence[Configuration]) 
     """Whether the volume that the rows of one cut joint span is the same in all configurations."""
     volumes = []
     for at in samples:
-        matrix = np.array([functional(graph, at, row) for row in rows])
+        matrix = np.array([functional(at, row) for row in rows])
         point = np.array(at.ends[rows[0].cut].M.p, dtype=float)
         matrix[:, :3] -= np.cross(point, matrix[:, 3:])
         matrix[:, :3] /= graph.length
@@ -139,17 +146,17 @@ def _quality(
     constant = max(constant / size if size else np.inf for _, size, constant in arms)
     reference, shortest = arms[-1][1], min(size for _, size, _ in arms)
     if not angle:
-        steady = all(abs(slope - size) < 1e-12 * size for slope, size, _ in arms)
-        form: Form = "quadratic" if row.kind in ("centre", "rod") else "linear"
-        return worst, Block((k,), (row,), form, regular=steady)
+        regular = all(abs(slope - size) < 1e-12 * size for slope, size, _ in arms)
+        slide = QuadraticSlide(regular) if row.quadratic else LinearSlide(regular)
+        return worst, Block((k,), (row,), slide)
     longest = max(size for _, size, _ in arms)
     if shortest < 0.5 * longest:  # an arm that turns away with some other angle
         worst *= shortest / longest
     if shortest < 1e-3 * graph.length:  # hardly any arm to turn on
         worst *= shortest / (1e-3 * graph.length)
-    form = "turn" if constant < 1e-12 else "turn with constant"
-    steady = max(abs(size - reference) for _, size, _ in arms) < 1e-12 * reference
-    return worst, Block((k,), (row,), form, regular=steady, reference=reference)
+    regular = max(abs(size - reference) for _, size, _ in arms) < 1e-12 * reference
+    form = (TangentAngle if constant < 1e-12 else CosineAngle)(regular, reference)
+    return worst, Block((k,), (row,), form)
 
 
 def _pitch(graph: Graph, k: int) -> float:
@@ -174,10 +181,10 @@ def _by_two(
     i, j = (int(n) for n in np.unravel_index(int(np.argmax(across)), across.shape))
     if across[i, j] < _CROSSING:
         return block
-    return Block((k,), (rows[i], rows[j]), "turn by two")
+    return Block((k,), (rows[i], rows[j]), TwoRowAngle())
 
 
-_TURNS = (Turn(0.0, 1.0, 0.0), Turn(0.0, 0.0, 1.0), Turn(0.0, -1.0, 0.0))
+_TURNS = (forms.AHEAD, forms.ACROSS, forms.BACK)
 
 
 def _arm(
@@ -187,15 +194,14 @@ def _arm(
     what it owes to cosine and sine.
     """
     end = at.ends[row.cut]
-    side = closure.loop(at.circuits, row.cut)[k]
-    slope = abs(float(closure.derivative(at.circuits, row, end, k, side)))
+    side = loops.sides(at.circuits, row.cut)[k]
+    slope = abs(as_float(row.derivative(at.circuits, end, k, side)))
     if not graph.coordinates[k].angle:
-        u = closure.direction(at.circuits, row, end) if row.kind != "align" else (1.0, 0.0, 0.0)
-        return slope, float(np.linalg.norm(np.array(u, dtype=float))), 0.0, (0.0, 0.0)
+        return slope, float(np.linalg.norm(functional(at, row)[3:])), 0.0, (0.0, 0.0)
     if (row.cut, k) not in at.turned:
         turned = [at.circuits.varied({k: turn}) for turn in _TURNS]
-        at.turned[row.cut, k] = [(there, closure.ends(there, row.cut)) for there in turned]
-    values = [float(closure.value(there, row, end)) for there, end in at.turned[row.cut, k]]
+        at.turned[row.cut, k] = [(there, loops.ends(there, row.cut)) for there in turned]
+    values = [as_float(row.value(there, end)) for there, end in at.turned[row.cut, k]]
     mean = (values[0] + values[2]) / 2
     cosine, sine = values[0] - mean, values[1] - mean
     return slope, float(np.hypot(cosine, sine)), abs(mean), (cosine, sine)
@@ -224,7 +230,7 @@ def paradoxes_whole(
         place = ordered.index(block)
         merged = [b for b in ordered[place:] if set(b.unknowns) & set(on_loop)]
         unknowns = tuple(k for b in merged for k in b.unknowns)
-        rows = tuple(closure.canonical_rows(graph.joints[cut], cut))
+        rows = tuple(canonical_rows(graph.joints[cut], cut))
         alone = all(row.cut == cut for b in merged for row in b.rows)
         if alone and len(rows) > len(unknowns) and _paradoxical(graph, tree, on_loop, cut, home):
             needs = {k for b in merged for k in b.needs} - set(unknowns)
@@ -245,37 +251,21 @@ def _paradoxical(
 def signed(
     graph: Graph, signs: Mapping[int, FloatArray], block: Block, home: Configuration
 ) -> Block:
-    """The block with the sign of its determinant at home and what that is measured by."""
-    if block.form == "turn by two":
-        return block
-    matrix = _slopes(graph, signs, block, home)
-    if len(block.rows) > len(block.unknowns):
-        volume = float(np.sqrt(np.linalg.det(matrix.T @ matrix)))
-        return replace(block, reference=volume)
-    lengths = np.linalg.norm(matrix, axis=1, keepdims=True)
-    scaled = matrix / np.where(lengths > 0.0, lengths, 1.0)
-    determinant = float(np.linalg.det(scaled))
-    if not abs(determinant) > 1e-7:
+    """The block with the sign of its root at home and what its conditioning is measured by.
+
+    Raises DrivenError where home is singular.
+    """
+    form = forms.signed(block.form, _slopes(signs, block, home))
+    if form is None:
         names = ", ".join(graph.coordinates[k].name for k in block.unknowns)
         raise DrivenError(
             f"{graph.mechanism.where}: home is singular for these driven coordinates: {names} are "
             "not determined there"
         )
-    several = len(block.unknowns) > 1
-    reference = block.reference
-    if block.form == "newton":
-        reference = (
-            max(abs(determinant), _POOR ** len(block.unknowns))
-            if several
-            else abs(float(matrix[0, 0]))
-        )
-    typical = tuple(lengths[:, 0].tolist()) if several else ()
-    return replace(block, sign=float(np.sign(determinant)), reference=reference, lengths=typical)
+    return replace(block, form=form)
 
 
-def _slopes(
-    graph: Graph, signs: Mapping[int, FloatArray], block: Block, at: Configuration
-) -> FloatArray:
-    rows = [(functional(graph, at, row) @ at.screws) * signs[row.cut] for row in block.rows]
+def _slopes(signs: Mapping[int, FloatArray], block: Block, at: Configuration) -> FloatArray:
+    rows = [(functional(at, row) @ at.screws) * signs[row.cut] for row in block.rows]
     slopes: FloatArray = np.array(rows)[:, list(block.unknowns)]
     return slopes

@@ -2,7 +2,7 @@
 
 With some coordinates driven, a closed mechanism falls into small systems solved one after the
 other: crank by crank, leg by leg. To find them, the closure rows may be measured in any
-direction (`closure.Row`): along the axes of the cut joint or of any joint on its loop, or as
+direction (`kinematics.closure`): along the axes of the cut joint or of any joint on its loop, or as
 distances from those joints' centres. A distance from the centre of a universal joint, say, knows
 the length of the leg and not its angles, so that a leg falls into three systems of one unknown.
 What depends on what is found in numbers, at closed configurations near home.
@@ -16,10 +16,10 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
-from parakin.algebra import spatial
+from parakin.algebra.spatial import as_array, as_float, matrix
 from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.errors import DrivenError
-from parakin.kinematics import closure
+from parakin.kinematics import loops
 from parakin.kinematics.assembly import (
     Configuration,
     as_turn,
@@ -33,7 +33,7 @@ from parakin.kinematics.assembly import (
     loop_signs,
     neighbours,
 )
-from parakin.kinematics.closure import Row
+from parakin.kinematics.closure import Row, candidate_rows
 from parakin.model.graph import Graph, Tree
 from parakin.planning.closed_forms import paradoxes_whole, refined, signed
 from parakin.planning.plan import Affine, Block, Plan
@@ -139,7 +139,7 @@ def unlocked(graph: Graph, at: Configuration, held: Sequence[int]) -> tuple[Grap
         if abs(np.linalg.det(at.screws[:3, turns])) > _LEVEL:
             continue
         end = at.ends[k]
-        graph = graph.recentred(k, spatial.compose(spatial.transpose(end.F.R), end.M.R))
+        graph = graph.recentred(k, matrix(as_array(end.F.R.T @ end.M.R).tolist()))
         slides = [n for n in joint.coordinates if n not in turns]
         q = np.concatenate([q, at.q[slides], np.zeros(3)])
     return (graph, configure(graph, graph.posed_tree(), q)) if graph.twins else (graph, at)
@@ -302,17 +302,6 @@ def _exchanges(graph: Graph, tree: Tree, in_tree: set[int], blocks: Sequence[Blo
     return trees
 
 
-def _candidates(graph: Graph, cut: int, on_loop: Sequence[int]) -> list[Row]:
-    joint = graph.joints[cut]
-    rows = closure.canonical_rows(joint, cut)
-    if closure.closes_point(joint):
-        rows += [Row(cut, "child", axis) for axis in range(3)]
-        rows += [Row(cut, "base", axis) for axis in range(3)]
-        rows += [Row(cut, "pair", k) for k in on_loop]
-        rows += [Row(cut, "centre", k) for k in on_loop if graph.coordinates[k].angle]
-    return rows
-
-
 def _analysed(
     graph: Graph,
     tree: Tree,
@@ -333,10 +322,10 @@ def _analysed(
     rows: list[Row] = []
     for cut in tree.cuts:
         on_loop = [int(n) for n in np.flatnonzero(signs[cut])]
-        rows += _candidates(graph, cut, on_loop)
+        rows += candidate_rows(graph, cut, on_loop)
     jacobians = np.array(
         [
-            [(functional(graph, at, row) @ at.screws) * signs[row.cut] * scales for row in rows]
+            [(functional(at, row) @ at.screws) * signs[row.cut] * scales for row in rows]
             for at in samples
         ]
     )[:, :, unknowns]
@@ -380,17 +369,17 @@ def _lasting(
         by_cut.setdefault(row.cut, []).append(i)
     depends = np.zeros_like(pattern)
     for cut, numbers in by_cut.items():
-        end = closure.ends(base, cut)
-        before = [float(closure.value(base, rows[i], end)) for i in numbers]
-        loop = closure.loop(base, cut)
+        end = loops.ends(base, cut)
+        before = [as_float(rows[i].value(base, end)) for i in numbers]
+        loop = loops.sides(base, cut)
         for j, k in enumerate(unknowns):
             if k not in loop or all(pattern[i, j] for i in numbers):
                 continue
             moved = base.varied({k: as_turn(graph, k, q[k] + 0.4)})
-            there = closure.ends(moved, cut)
+            there = loops.ends(moved, cut)
             for i, old in zip(numbers, before, strict=True):
                 if not pattern[i, j]:
-                    new = float(closure.value(moved, rows[i], there))
+                    new = as_float(rows[i].value(moved, there))
                     depends[i, j] = abs(new - old) > 1e-12 * graph.length**2
     return depends
 

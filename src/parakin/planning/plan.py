@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
 from parakin.arrays import FloatArray
 from parakin.kinematics.closure import Row
 from parakin.model.graph import Graph, Tree
+from parakin.planning.forms import ITERATED, Form, Iterated
 
 
 @dataclass(frozen=True)
@@ -19,30 +19,22 @@ class Affine:
     factors: tuple[tuple[int, float], ...]
 
 
-Form = Literal["linear", "quadratic", "turn", "turn with constant", "turn by two", "newton"]
-
-
 @dataclass(frozen=True)
 class Block:
-    """Unknowns and as many rows, to be solved together once the blocks before are.
+    """Unknowns and the rows that determine them, to be solved together once the blocks before are.
 
-    (An angle may have two rows, in an overconstrained loop: together they have one root.)
-
-    `form` says how (a single unknown has a closed form); `sign` is that of the determinant at
-    home, which tells this branch from the other; `needs` are the unknowns of earlier blocks that
-    the rows depend on. A `regular` block is never singular of itself; `reference` is what its
-    conditioning is measured by, the arm an angle turns on at home [m, or as its row counts], or
-    the determinant that several unknowns have there, their rows being of these `lengths`.
+    `form` says how; `needs` are the unknowns of earlier blocks that the rows depend on.
     """
 
     unknowns: tuple[int, ...]
     rows: tuple[Row, ...]
-    form: Form = "newton"
-    sign: float = 1.0
+    form: Form = ITERATED
     needs: tuple[int, ...] = ()
-    regular: bool = False
-    reference: float = 1.0
-    lengths: tuple[float, ...] = ()
+
+    @property
+    def iterated(self) -> bool:
+        """Whether it has no closed form."""
+        return isinstance(self.form, Iterated)
 
 
 @dataclass(frozen=True)
@@ -68,3 +60,18 @@ class Plan:
     def offset(self, coordinate: int) -> float:
         """What a coordinate counted from home has there, as its joint counts; else 0."""
         return float(self.zero[coordinate]) if coordinate in self.graph.from_home else 0.0
+
+    @property
+    def unknowns(self) -> list[int]:
+        """All coordinates that are solved for, in order of solution."""
+        return [k for block in self.blocks for k in block.unknowns]
+
+    @property
+    def iterated(self) -> list[int]:
+        """Coordinates found by iteration, to be given a guess, in the order of input."""
+        return [k for block in self.blocks if block.iterated for k in block.unknowns]
+
+    @property
+    def unsigned(self) -> bool:
+        """Whether some figure of conditioning keeps no sign where it passes zero."""
+        return bool(self.unsolved) or any(block.form.unsigned for block in self.blocks)

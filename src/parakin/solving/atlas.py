@@ -8,7 +8,6 @@ from functools import cached_property
 import numpy as np
 
 from parakin.arrays import FloatArray, StatusArray
-from parakin.kernel.pose import unknowns_of
 from parakin.kernel.rows import POINT, Outputs
 from parakin.kinematics.assembly import Configuration, coordinate_scales
 from parakin.motion.motion import Samples
@@ -31,7 +30,7 @@ class Atlas:
         """Home's chart, with all that a motion is followed by: whatever is solved for, and two
         derivatives. A solver of positions alone has it compiled when first it is needed.
         """
-        home, solved = self.home, unknowns_of(self.home.plan)
+        home, solved = self.home, self.home.plan.unknowns
         known = home.outputs.coordinates
         if home.outputs.derivatives > 1 and home.outputs.checks and {*solved} <= {*known}:
             return home

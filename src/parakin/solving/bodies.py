@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from parakin.algebra.spatial import Vector
+from parakin.algebra.spatial import ZERO, Vector
 from parakin.arrays import FloatArray
 from parakin.errors import InputError, nearest
 from parakin.kernel.backends import Kernel, make_kernel
@@ -29,7 +29,7 @@ def points_of(graph: Graph, bodies: bool | Sequence[str]) -> Points:
     mechanism = graph.mechanism
     named = [body.name for body in mechanism.bodies if body.name != mechanism.base]
     places = {name: k for k, name in enumerate(graph.bodies)}
-    origins: Points = {n: (places[n], (0.0, 0.0, 0.0)) for n in (mechanism.base, *named)}
+    origins: Points = {n: (places[n], ZERO) for n in (mechanism.base, *named)}
     if bodies is True:
         return {name: origins[name] for name in named}
     known = origins | dict(graph.points)

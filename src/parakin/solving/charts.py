@@ -16,7 +16,6 @@ import numpy as np
 from parakin.arrays import FloatArray
 from parakin.errors import ParakinError
 from parakin.kernel.backends import Kernel, make_kernel
-from parakin.kernel.pose import has_unsigned, newton_unknowns, unknowns_of
 from parakin.kernel.rows import Outputs
 from parakin.kinematics.assembly import (
     Configuration,
@@ -72,7 +71,7 @@ class Chart:
     @cached_property
     def lanes(self) -> int:
         """How many columns are worked out together where it matters how they are rounded."""
-        return LANES if self.machine_code and newton_unknowns(self.plan) else 1
+        return LANES if self.machine_code and self.plan.iterated else 1
 
     def _run_in_lanes(self, inputs: FloatArray, *, parallel: bool) -> FloatArray:
         """Where Newton iterates from far off the last digit may decide where it ends. Machine code
@@ -99,7 +98,7 @@ class Chart:
         """What walks from home: the coordinates that are iterated and their rates alone. (Those of
         closed forms keep to their roots.)
         """
-        outputs = Outputs(tuple(newton_unknowns(self.plan)), derivatives=2)
+        outputs = Outputs(tuple(self.plan.iterated), derivatives=2)
         return Chart(self.plan, outputs, len(outputs.coordinates), self.machine_code)
 
     def figures(
@@ -167,7 +166,7 @@ class Chart:
         except (ParakinError, np.linalg.LinAlgError):
             return None
         chosen = self.outputs.coordinates[: self.reported]
-        watched = beside(plan, chosen, unknowns_of(plan))
+        watched = beside(plan, chosen, plan.unknowns)
         outputs = replace(self.outputs, coordinates=(*chosen, *watched))
         share = self.share * min(1.0, self.regularity(at))
         return Chart(plan, outputs, self.reported, self.machine_code, share)
@@ -193,8 +192,8 @@ def least_singular_value(plan: Plan, at: Configuration) -> float:
 
 def layout_of(plan: Plan, outputs: Outputs, reported: int) -> Layout:
     place = {c: row for row, c in enumerate(outputs.coordinates)}
-    iterated = newton_unknowns(plan)
-    unknowns = [k for k in unknowns_of(plan) if k in place]
+    iterated = plan.iterated
+    unknowns = [k for k in plan.unknowns if k in place]
     units = coordinate_scales(plan.graph)[unknowns]
     found = np.array([place[k] for k in iterated], dtype=np.intp)
     angles = [
@@ -212,7 +211,7 @@ def layout_of(plan: Plan, outputs: Outputs, reported: int) -> Layout:
         np.array([place[k] for k in unknowns], dtype=np.intp),
         units,
         np.array(angles, dtype=np.intp),
-        has_unsigned(plan),
+        plan.unsigned,
         tuple(_triples(plan, outputs, reported)),
         _watched(
             plan, outputs, {place[k]: u for k, u in zip(unknowns, units, strict=True)}, angles
@@ -237,7 +236,7 @@ def _watched(
 
 def _read_off(plan: Plan) -> list[GraphJoint]:
     """Joints of three turns whose angles are read off, and so are not defined everywhere."""
-    solved = {*plan.affine, *unknowns_of(plan)}
+    solved = {*plan.affine, *plan.unknowns}
     joints = [joint for joint in plan.graph.plain.joints if len(joint.turns) == 3]
     return [joint for joint in joints if not solved.issuperset(joint.turns)]
 

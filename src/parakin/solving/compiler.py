@@ -11,7 +11,6 @@ from typing import Any
 from parakin.errors import AssemblyError, DrivenError, InputError, nearest
 from parakin.files.reading import load
 from parakin.kernel.backends import has_machine_code
-from parakin.kernel.pose import newton_unknowns, unknowns_of
 from parakin.kernel.rows import Outputs
 from parakin.kinematics.assembly import CLOSED, Configuration, assembled, close
 from parakin.model.expressions import Value
@@ -85,10 +84,10 @@ def compile(
         home = _near(graph, home, numbers, near)
     plan = plan_of(graph, numbers, home, [joints.index(name) for name in cut], zero=own.q)
     chosen = list(_chosen(plan.graph.plain, coordinates))
-    iterated = newton_unknowns(plan)
+    iterated = plan.iterated
     checks = checks or bool(iterated)
     # What is solved for is watched along a motion, whoever asks for it.
-    solved = unknowns_of(plan) if checks and derivatives > 1 else iterated
+    solved = plan.unknowns if checks and derivatives > 1 else iterated
     hidden = beside(plan, chosen, solved) if checks else []
     outputs = Outputs((*chosen, *hidden), derivatives, checks)
     code = has_machine_code() if machine_code is None else machine_code

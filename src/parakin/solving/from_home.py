@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from parakin.algebra.spatial import FLOATS
+from parakin.algebra.spatial import FLOATS, as_float
 from parakin.arrays import FloatArray, IndexArray, StatusArray
-from parakin.kernel.pose import newton_unknowns
-from parakin.kinematics import closure
+from parakin.kinematics import loops
 from parakin.kinematics.assembly import circuits_at
+from parakin.kinematics.readings import cone
 from parakin.model.graph import Graph
 from parakin.motion.course import Course
 from parakin.motion.laws import from_laws, polynomial345
@@ -27,7 +27,7 @@ _CALM = 30.0  # times what is driven: what goes no faster is not at an end of re
 
 def home_state(chart: Chart) -> State:
     """Where a chart was made, at rest."""
-    plan, iterated = chart.plan, newton_unknowns(chart.plan)
+    plan, iterated = chart.plan, chart.plan.iterated
     orders = 1 + chart.outputs.derivatives
     driven, found = np.zeros((orders, len(plan.driven))), np.zeros((orders, len(iterated)))
     driven[0] = [plan.home[k] - plan.offset(k) for k in plan.driven]
@@ -40,8 +40,8 @@ def home_values(graph: Graph, plan: Plan) -> dict[str, float]:
     home = {c.name: float(plan.home[k]) - plan.offset(k) for k, c in enumerate(graph.coordinates)}
     circuits = circuits_at(plan.graph, plan.tree, plan.home)
     for name, (joint, _) in plan.graph.cones.items():
-        end = closure.ends(circuits, joint)
-        home[name] = float(closure.cone(circuits, joint, end, FLOATS, derivatives=0)[0])
+        end = loops.ends(circuits, joint)
+        home[name] = as_float(cone(circuits, joint, end, FLOATS, derivatives=0)[0])
     return home
 
 
@@ -104,4 +104,4 @@ def _tracked(atlas: Atlas, y: FloatArray) -> FloatArray | None:
     if status[-1] != Status.CONVERGED:
         return None
     q = chart.coordinates_at(pieces[-1].chart.configuration(y, pieces[-1].out[:, -1]))
-    return np.array([q[k] - chart.plan.offset(k) for k in newton_unknowns(chart.plan)])
+    return np.array([q[k] - chart.plan.offset(k) for k in chart.plan.iterated])

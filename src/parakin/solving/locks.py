@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from parakin.arrays import BoolArray, FloatArray
-from parakin.kernel.pose import newton_unknowns
 from parakin.planning.plan import Plan
 from parakin.solving.charts import Chart
 from parakin.solving.walking import iterate
@@ -20,7 +19,7 @@ locks, but for half turns.
 
 
 def locks_of(plan: Plan) -> Locks:
-    iterated = newton_unknowns(plan)
+    iterated = plan.iterated
     joints = [joint for joint in plan.graph.joints if len(joint.turns) == 3]
     return tuple(
         (iterated.index(joint.turns[1]), 0.0 if joint.proper else 0.5 * np.pi)

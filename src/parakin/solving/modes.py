@@ -14,15 +14,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from parakin.algebra.spatial import ARRAYS, Scalar
+from parakin.algebra.spatial import ARRAYS, Scalar, as_array
 from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.errors import InputError, nearest
-from parakin.kernel.pose import Equations, Lead, newton_unknowns, trace
+from parakin.kernel.pose import Equations, Lead, trace
 from parakin.kernel.rows import Outputs
-from parakin.kinematics import closure
+from parakin.kinematics import loops
 from parakin.kinematics.assembly import circuits_at, configure, freedoms
+from parakin.kinematics.closure import canonical_rows
 from parakin.kinematics.recursion import Circuits
 from parakin.model.graph import Graph
+from parakin.planning.forms import Iterated, LinearSlide, TwoRowAngle
 from parakin.planning.ordering import plan_of
 from parakin.planning.plan import Block, Plan
 from parakin.solving.solver import Solver
@@ -110,7 +112,7 @@ def modes_of(
     home = np.array([plan.home[k] - plan.offset(k) for k in range(len(graph.coordinates))])
     scales = np.array([1.0 if c.angle else graph.length for c in graph.coordinates])
     driven = np.array([(values or {}).get(graph.coordinates[k].name, home[k]) for k in plan.driven])
-    iterated = newton_unknowns(plan)
+    iterated = plan.iterated
     # A mirror image of home is as far away again as home is from what mirrors it.
     spread = np.array(
         [np.pi if graph.coordinates[k].angle else _FAR * graph.length for k in iterated]
@@ -129,7 +131,7 @@ def modes_of(
         with np.errstate(all="ignore"):  # what cannot be reached is NaN
             results = trace(loose, [given], list(guess), ARRAYS, outputs, _STEPS, lead)
             for row, result in enumerate(results):
-                out[row] = result
+                out[row] = as_array(result)
             open_ = _open(plan, out[outputs.order(0)] + offsets[:, None])
         for block, sign in pairs:
             if sign is not None:  # the loop may want the other root: a joint's angles go together
@@ -199,12 +201,12 @@ def _descent(scales: FloatArray) -> Lead:
 
     def lead(block: Block, equations: Equations, values: list[Scalar]) -> list[Scalar]:
         unit = scales[list(block.unknowns)]
-        n = len(values[0])
+        n = as_array(values[0]).size
 
         def system(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
             gaps, rows = equations(list(x * unit[:, None]))
-            g = np.array([np.broadcast_to(gap, n) for gap in gaps]).T
-            J = np.array([[np.broadcast_to(entry, n) for entry in row] for row in rows])
+            g = np.array([np.broadcast_to(as_array(gap), n) for gap in gaps]).T
+            J = np.array([[np.broadcast_to(as_array(entry), n) for entry in row] for row in rows])
             J = np.moveaxis(J, 2, 0) * unit
             return g, J, np.nan_to_num(np.einsum("ij,ij->i", g, g), nan=np.inf)
 
@@ -231,15 +233,18 @@ def _descent(scales: FloatArray) -> Lead:
 
 
 def _with_sign(block: Block, sign: FloatArray | None) -> Block:
-    return block if sign is None else replace(block, sign=sign)  # type: ignore[arg-type]
+    if sign is None:
+        return block
+    return replace(block, form=replace(block.form, sign=sign))  # type: ignore[arg-type]
 
 
 def _either(block: Block, rng: np.random.Generator, n: int) -> FloatArray | None:
     """Both signs of a closed form's root at random, the first that of home; of one root none."""
-    if block.form in ("newton", "linear", "turn by two"):
+    form = block.form
+    if isinstance(form, (LinearSlide, TwoRowAngle, Iterated)):
         return None
     signs = rng.choice([-1.0, 1.0], n)
-    signs[0] = block.sign
+    signs[0] = form.sign
     return signs
 
 
@@ -248,10 +253,10 @@ def _open(plan: Plan, q: FloatArray) -> dict[int, BoolArray]:
     circuits = circuits_at(plan.graph, plan.tree, q)
     found = {}
     for cut in plan.tree.cuts:
-        end = closure.ends(circuits, cut)
+        end = loops.ends(circuits, cut)
         closed = np.ones(q.shape[1], dtype=bool)
-        for row in closure.canonical_rows(plan.graph.joints[cut], cut):
-            gap = closure.per_length(plan.graph, row) * closure.value(circuits, row, end)
+        for row in canonical_rows(plan.graph.joints[cut], cut):
+            gap = row.per_length(plan.graph) * as_array(row.value(circuits, end))
             closed &= np.abs(gap) <= _CLOSED * plan.graph.length
         found[cut] = ~closed
     return found

@@ -18,7 +18,6 @@ from numpy.typing import ArrayLike
 from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
 from parakin.errors import InputError
 from parakin.files.reading import load_motion
-from parakin.kernel.pose import newton_unknowns
 from parakin.kernel.rows import ORIENTATION, POINT, POSITION, Outputs
 from parakin.motion.course import Course
 from parakin.motion.motion import Motion, Samples
@@ -71,7 +70,7 @@ class Solver:
         self.layout = self._chart.layout
         self._atlas = Atlas(self._chart, self.told)
         self._labels = Labels(graph, self.told, self.coordinates, self.driven, self.home)
-        self._iterated = newton_unknowns(plan)
+        self._iterated = plan.iterated
         self._locks = locks_of(plan)
         self.iterated = tuple(self._name(c) for c in self._iterated)
         self._hidden = tuple(n for n in self.iterated if n not in self.coordinates)

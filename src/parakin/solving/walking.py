@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parakin.algebra.spatial import as_array
 from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
-from parakin.kernel.pose import newton_unknowns
 from parakin.kinematics.assembly import Configuration
 from parakin.solving.charts import Chart
 from parakin.solving.continuity import ASIDE, follows, stays_clear
@@ -116,7 +116,7 @@ def conditioning_beside(
 def _standing_at(chart: Chart, driven: FloatArray, at: Configuration) -> FloatArray:
     """Outputs (rows, 1) for driven values (orders, k, 1), from a configuration as the guess."""
     plan, q = chart.plan, chart.coordinates_at(at)
-    guess = np.array([[q[k] - plan.offset(k)] for k in newton_unknowns(plan)]).reshape(-1, 1)
+    guess = np.array([[q[k] - plan.offset(k)] for k in plan.iterated]).reshape(-1, 1)
     return iterate(chart, driven.reshape(-1, 1), guess)
 
 
@@ -130,7 +130,7 @@ def _apart(one: Configuration, other: Configuration) -> float:
     length, worst = one.circuits.graph.length, 0.0
     for body in range(len(one.circuits.graph.plain.bodies)):
         here, there = one.circuits.pose(body), other.circuits.pose(body)
-        places, turns = np.subtract(here.p, there.p), np.subtract(here.R, there.R)
+        places, turns = as_array(here.p - there.p), as_array(here.R) - as_array(there.R)
         worst = max(worst, float(np.abs(places).max()) / length, float(np.abs(turns).max()))
     return worst
 
