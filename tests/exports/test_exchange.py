@@ -199,7 +199,7 @@ def test_frames_are_where_mujoco_has_them(tmp_path: Path) -> None:
     model = mujoco.MjModel.from_xml_string(bare)
     data = mujoco.MjData(model)
     rng = np.random.default_rng(3)
-    from parakin.kinematics.assembly import configure
+    from parakin.kinematics.configuration import configure
 
     for _ in range(5):
         q = rng.uniform(-1, 1, len(graph.coordinates))

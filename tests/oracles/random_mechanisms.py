@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from parakin import Body, Frame, Joint, Mechanism
-from parakin.kinematics.assembly import assembled, coordinate_scales, freedoms
+from parakin.kinematics.assembly import assembled
+from parakin.kinematics.configuration import coordinate_scales
+from parakin.kinematics.free_motions import free_motions
 from parakin.model.graph import graph_of
 from parakin.model.mechanism import Kind, Platform
 
@@ -263,7 +265,7 @@ def _drives(mechanism: Mechanism, rng: np.random.Generator) -> tuple[tuple[str, 
     """
     graph = graph_of(mechanism)
     home = assembled(graph)
-    motions = freedoms(graph, graph.tree(), home)
+    motions = free_motions(graph, graph.tree(), home)
     left = motions / coordinate_scales(graph)[:, None]
     picked: list[int] = []
     for _ in range(motions.shape[1]):

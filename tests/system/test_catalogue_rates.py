@@ -30,8 +30,7 @@ def test_rates_agree_with_automatic_differentiation(name: str) -> None:
     numbers = [graph.index(n, "test") for n in solver.coordinates]
     at = result.position.values
     started = [
-        Jet(MP.mpf(at[solver.coordinates.index(graph.coordinates[k].name)]))
-        for k in plan.iterated
+        Jet(MP.mpf(at[solver.coordinates.index(graph.coordinates[k].name)])) for k in plan.iterated
     ]
     outputs = Outputs(tuple(numbers), derivatives=0)
     exact = [jet(x) for x in trace(plan, [jets], started, jet_functions(), outputs, 3)]

@@ -6,7 +6,7 @@ with the jerk. What does not change in time is a plain scalar, so that constants
 
 from __future__ import annotations
 
-from parakin.algebra.spatial import Functions, Scalar, Vector, add, mul, sub
+from parakin.algebra.spatial import Functions, Scalar, add, mul, sub
 
 
 class Dual:
@@ -33,8 +33,6 @@ class Dual:
         return dual(sub(other, self.value), sub(0.0, self.rate))
 
     def __mul__(self, other: Scalar) -> Scalar:
-        if isinstance(other, Vector):
-            return NotImplemented
         value = value_of(other)
         rate = add(mul(self.rate, value), mul(self.value, rate_of(other)))
         return dual(mul(self.value, value), rate)

@@ -98,10 +98,12 @@ def mul(a: S, b: S) -> S:
 
 
 class Vector(tuple[S_co, S_co, S_co]):
-    """Three components. `+`, `-` and a factor are those of vectors, not of tuples."""
+    """Three components. `+`, `-` and a factor are those of vectors, not of tuples; a factor that is
+    not a plain number stands on the right, where no other type's operators come first.
+    """
 
     __slots__ = ()
-    __array_ufunc__ = None  # a NumPy factor leaves the product to us
+    __array_ufunc__ = None  # nor those of a NumPy number, wherever it stands
 
     def __add__(self: Vector[S], other: Vector[S]) -> Vector[S]:  # type: ignore[override]
         return Vector((add(self[0], other[0]), add(self[1], other[1]), add(self[2], other[2])))
@@ -178,8 +180,8 @@ def turned(R: Matrix[S], axis: int, cosine: S, sine: S) -> Matrix[S]:
     i, j = (axis + 1) % 3, (axis + 2) % 3
     u, v = R.column(i), R.column(j)
     columns = [R.column(0), R.column(1), R.column(2)]
-    columns[i] = cosine * u + sine * v
-    columns[j] = cosine * v - sine * u
+    columns[i] = u * cosine + v * sine
+    columns[j] = v * cosine - u * sine
     return Matrix((columns[0], columns[1], columns[2])).T
 
 
@@ -198,10 +200,29 @@ NOWHERE: Pose[float] = Pose(IDENTITY, ZERO)
 
 
 # Until the exchange of files is converted too:
-def plus(a, b): return Vector(a) + Vector(b)
-def minus(a, b): return Vector(a) - Vector(b)
-def times(f, a): return f * Vector(a)
-def apply(m, a): return matrix(m) @ Vector(a)
-def column(m, k): return matrix(m).column(k)
-def compose(m, n): return matrix(m) @ matrix(n)
-def transpose(m): return matrix(m).T
+def plus(a, b):
+    return Vector(a) + Vector(b)
+
+
+def minus(a, b):
+    return Vector(a) - Vector(b)
+
+
+def times(f, a):
+    return f * Vector(a)
+
+
+def apply(m, a):
+    return matrix(m) @ Vector(a)
+
+
+def column(m, k):
+    return matrix(m).column(k)
+
+
+def compose(m, n):
+    return matrix(m) @ matrix(n)
+
+
+def transpose(m):
+    return matrix(m).T

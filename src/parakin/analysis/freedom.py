@@ -15,8 +15,9 @@ from parakin.analysis.twists import moving, names, platform_axes, platform_motio
 from parakin.arrays import FloatArray
 from parakin.errors import InputError
 from parakin.kernel.connectivity import jacobian
-from parakin.kinematics.assembly import circuits_at, configure, coordinate_scales, freedoms
 from parakin.kinematics.closure import all_rows
+from parakin.kinematics.configuration import circuits_at, configure, coordinate_scales
+from parakin.kinematics.free_motions import free_motions
 from parakin.model.graph import Graph
 from parakin.planning.plan import Block, Plan
 
@@ -88,7 +89,7 @@ def _freest(solver: Solver, among: list[int], count: int) -> list[int]:
     """As many coordinates as are driven that move most independently at home."""
     graph, plan = solver.plan.graph, solver.plan
     at = configure(graph, plan.tree, plan.home)
-    motions = freedoms(graph, plan.tree, at) / coordinate_scales(graph)[:, None]
+    motions = free_motions(graph, plan.tree, at) / coordinate_scales(graph)[:, None]
     left = motions[among]
     chosen: list[int] = []
     for _ in range(count):
@@ -146,7 +147,7 @@ def freedom(solver: Solver, sets: Sets | None, q: FloatArray, rank: int, best: f
     (values,) = whole_values(plan, q[:, None])
     lost_rank = bool(values[rank - 1] < LOST * best * values[0])
     at = configure(graph, plan.tree, q)
-    motions = freedoms(graph, plan.tree, at, rank=rank - lost_rank)
+    motions = free_motions(graph, plan.tree, at, rank=rank - lost_rank)
     motions = motions / coordinate_scales(graph)[:, None]
     _, held, right = np.linalg.svd(motions[[*plan.driven, *plan.idle]])
     free = motions @ right[-1]

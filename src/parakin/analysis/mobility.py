@@ -12,20 +12,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from parakin.arrays import FloatArray
-from parakin.kinematics.assembly import (
+from parakin.kinematics.assembly import neighbours
+from parakin.kinematics.closure import canonical_rows
+from parakin.kinematics.configuration import (
     Configuration,
     configure,
     coordinate_scales,
-    freedoms,
     full_screws,
     functional,
-    holders,
-    is_idle,
     loop_rank,
     loop_signs,
-    neighbours,
 )
-from parakin.kinematics.closure import canonical_rows
+from parakin.kinematics.free_motions import free_motions, holders, is_idle
 from parakin.model.graph import Graph
 
 _RANK = 1e-8
@@ -139,7 +137,7 @@ def idle_coordinates(graph: Graph, samples: Sequence[Configuration]) -> list[int
     tree = graph.posed_tree()
     for at in samples:
         there = configure(graph, tree, at.q)
-        motions = freedoms(graph, tree, there)
+        motions = free_motions(graph, tree, there)
         motions = motions / coordinate_scales(graph)[:, None]
         if not watched or not motions.shape[1]:
             return []

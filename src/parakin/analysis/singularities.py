@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from parakin.algebra.angles import nearest_angle
 from parakin.analysis.freedom import (
     LOST,
     RANK,
@@ -36,7 +37,7 @@ from parakin.arrays import BoolArray, FloatArray
 from parakin.errors import InputError
 from parakin.kernel.backends import make_kernel
 from parakin.kernel.rows import Outputs
-from parakin.kinematics.assembly import coordinate_scales
+from parakin.kinematics.configuration import coordinate_scales
 from parakin.motion.course import hermite
 from parakin.solving.status import RESIDUAL, SOLVED
 
@@ -130,8 +131,8 @@ def _same_poses(solver: Solver, result: xr.Dataset, good: BoolArray, q: FloatArr
     offsets = np.array([plan.offset(k) for k in numbers])
     told = result["position"].sel(coordinate=names).values.T[:, good]
     off = (q[numbers] - offsets[:, None] - told) / coordinate_scales(graph)[numbers][:, None]
-    angles = np.array([graph.coordinates[k].angle for k in numbers])
-    off[angles] = np.remainder(off[angles] + np.pi, 2 * np.pi) - np.pi
+    turning = np.array([graph.coordinates[k].angle for k in numbers])
+    off[turning] = nearest_angle(off[turning])
     undefined = np.isnan(told)
     same: BoolArray = (undefined | (np.abs(off) < _SAME_POSE)).all(axis=0)
     return same

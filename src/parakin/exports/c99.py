@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from parakin.algebra.spatial import FLOATS, Functions, Scalar, Vector
+from parakin.algebra.spatial import FLOATS, Functions, Scalar
 from parakin.errors import AssemblyError
 from parakin.kernel.pose import trace
 from parakin.kernel.rows import Outputs
@@ -91,8 +91,6 @@ class Term:
         return self.code.let(f"{_text(other)} - {self.text}")
 
     def __mul__(self, other: Scalar) -> Term:
-        if isinstance(other, Vector):
-            return NotImplemented
         return self.code.let(f"{self.text}*{_text(other)}")
 
     def __rmul__(self, other: Scalar) -> Term:

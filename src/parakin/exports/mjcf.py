@@ -18,7 +18,8 @@ import numpy as np
 from parakin.algebra.spatial import IDENTITY, ZERO, Matrix, Vector, apply, minus, times, transpose
 from parakin.arrays import FloatArray
 from parakin.files.links import about, inverse, not_installed, then, vector, xml_root
-from parakin.kinematics.assembly import Configuration, assembled, configure
+from parakin.kinematics.assembly import assembled
+from parakin.kinematics.configuration import Configuration, configure
 from parakin.model.graph import Graph, GraphJoint, Placement
 
 _STEP = 0.002  # of time [s]

@@ -23,8 +23,8 @@ from parakin.kernel.connectivity import (
 )
 from parakin.kernel.rows import Outputs
 from parakin.kinematics import loops
-from parakin.kinematics.assembly import circuits_at
 from parakin.kinematics.closure import canonical_rows, cosines
+from parakin.kinematics.configuration import circuits_at
 from parakin.kinematics.readings import cone, read, read_rates
 from parakin.kinematics.recursion import (
     Circuits,

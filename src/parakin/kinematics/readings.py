@@ -69,7 +69,7 @@ def _directions(joint: GraphJoint, end: Ends, middle: Scalar) -> list[Vector]:
         found.append(end.M.R.column(2))
     elif len(axes) == 3:
         last = end.M.R.column(axes[2][1])
-        across = (_parity(axes) / middle) * cross(last, found[0])
+        across = cross(last, found[0]) * (_parity(axes) / middle)
         found += [across, last]
     return found
 
@@ -102,8 +102,8 @@ def read_rates(
         bias = circuits.accel(end.child).alpha - circuits.accel(end.parent).alpha
         w = w_WP
         for k, e in zip(turning, directions, strict=True):
-            bias -= rates[k] * cross(w, e)
-            w += rates[k] * e
+            bias -= cross(w, e) * rates[k]
+            w += e * rates[k]
         second = dict(zip(turning, _resolved(bias, directions), strict=True))
     for k, pair in zip(joint.coordinates, joint.pairs, strict=True):
         if pair.slides:

@@ -112,10 +112,10 @@ def step_pose(
         axes[k] = Axis(pair.slides, u, p, pair.pitch)
         q = turns[k]
         if pair.slides:
-            p += mul(sign, q.amount) * u
+            p += u * mul(sign, q.amount)
         else:
             if pair.pitch:
-                p += mul(sign * pair.pitch, q.amount) * u
+                p += u * mul(sign * pair.pitch, q.amount)
             R = turned(R, pair.axis, q.cosine, mul(sign, q.sine))
     if not reverse:
         R = R @ joint.tail
@@ -138,7 +138,7 @@ def step_twist(
     for k, pair in _order(joint, reverse):
         axis = axes[k]
         v, at = v + cross(w, axis.point - at), axis.point
-        u_qd = mul(sign, rates[k]) * axis.direction
+        u_qd = axis.direction * mul(sign, rates[k])
         if pair.slides:
             v += u_qd
         else:
@@ -166,8 +166,8 @@ def step_accel(
     for k, pair in _order(joint, reverse):
         axis = axes[k]
         a, at = _carried(a, alpha, w, axis.point - at), axis.point
-        u_qd = mul(sign, rates[k]) * axis.direction
-        u_qdd = mul(sign, second[k]) * axis.direction
+        u_qd = axis.direction * mul(sign, rates[k])
+        u_qdd = axis.direction * mul(sign, second[k])
         if pair.slides:
             a += u_qdd + 2.0 * cross(w, u_qd)
         else:

@@ -11,14 +11,14 @@ from parakin.algebra.spatial import as_float
 from parakin.arrays import FloatArray
 from parakin.errors import DrivenError
 from parakin.kinematics import loops
-from parakin.kinematics.assembly import (
+from parakin.kinematics.closure import Row, canonical_rows
+from parakin.kinematics.configuration import (
     Configuration,
     configure,
     coordinate_scales,
     functional,
     loop_rank,
 )
-from parakin.kinematics.closure import Row, canonical_rows
 from parakin.model.graph import Graph, Tree
 from parakin.planning import forms
 from parakin.planning.forms import (

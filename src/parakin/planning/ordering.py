@@ -13,33 +13,29 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
 from parakin.algebra.spatial import as_array, as_float, matrix
-from parakin.arrays import BoolArray, FloatArray, IndexArray
+from parakin.arrays import BoolArray, FloatArray
 from parakin.errors import DrivenError
 from parakin.kinematics import loops
-from parakin.kinematics.assembly import (
+from parakin.kinematics.assembly import neighbours
+from parakin.kinematics.closure import Row, candidate_rows
+from parakin.kinematics.configuration import (
     Configuration,
     as_turn,
     circuits_at,
     configure,
     coordinate_scales,
-    freedoms,
     functional,
-    holders,
-    is_idle,
     loop_signs,
-    neighbours,
 )
-from parakin.kinematics.closure import Row, candidate_rows
 from parakin.model.graph import Graph, Tree
 from parakin.planning.closed_forms import paradoxes_whole, refined, signed
+from parakin.planning.driven import affine_in, check_driven
+from parakin.planning.elimination import eliminated
 from parakin.planning.plan import Affine, Block, Plan
 
 _ZERO = 1e-9  # a derivative this small, in scaled units, is none
-_AFFINE = 1e-12  # slopes that differ by no more from place to place are the same
 _LEVEL = 0.3  # volume of a joint's three axes below which it is told by other angles inside
 _SPREAD = 0.7  # how far coordinates are thrown to see what a row does not depend on
 
@@ -70,44 +66,19 @@ def plan_of(
     if opened is not plain:
         return plan_of(opened, driven, apart, cut, zero=zero, everywhere=everywhere)
     in_tree = {graph.coordinates[k].joint for k in (*driven, *idle)}
-    tree = graph.tree(first=in_tree, last=cut)
-    if not set(cut) <= set(tree.cuts):
-        kept = sorted(graph.joints[k].name for k in set(cut) - set(tree.cuts))
-        raise DrivenError(
-            f"{graph.mechanism.where}: {', '.join(kept)} cannot be left out of the tree: without "
-            "them some body would be reached by no joint, or they are driven"
-        )
-    if not in_tree <= {k for k, _ in tree.steps}:
-        loose = sorted(graph.joints[k].name for k in in_tree & set(tree.cuts))
-        raise DrivenError(
-            f"{graph.mechanism.where}: the joints of the driven coordinates form a closed loop "
-            f"({', '.join(loose)}); drive coordinates of other joints"
-        )
-    screws = [graph.joints[k].name for k in tree.cuts if graph.joints[k].kind == "helical"]
-    if screws:
-        raise DrivenError(
-            f"{graph.mechanism.where}: every joint of the loop of {screws[0]} is helical or "
-            "driven, and a helical joint cannot be left out of the tree"
-        )
-    affine = _affine(graph, driven, idle, home, samples)
+    tree = _first_tree(graph, in_tree, cut)
+    affine = affine_in(graph, driven, idle, home, samples)
     given = {k: entry for k, entry in affine.items() if k in (*driven, *idle)}
     affine = given if everywhere else affine
-    samples = [home, *samples]  # rows are chosen at home; what they depend on holds around it too
-    best = _analysed(graph, tree, driven, affine, samples)
+    # Rows are chosen at home; what they depend on holds around it too.
+    best = _analysed(graph, tree, driven, affine, [home, *samples])
     if not cut:
-        best = _improved(graph, best, in_tree, driven, affine, samples)
-        if graph.platform is not None and _cost(best[1]) > len(best[1]):
-            # Where nothing much is gained by it, a block iterates better on the platform's pose
-            # than on some limb's angles.
-            held = in_tree | {graph.twins.get(graph.platform, graph.platform)}
-            posed = _analysed(graph, graph.tree(first=held), driven, affine, samples)
-            posed = _improved(graph, posed, held, driven, affine, samples)
-            best = min(best, posed, key=lambda found: _cost(found[1]) * (2 if found is best else 1))
+        best = _cheapest(graph, best, in_tree, driven, affine, [home, *samples])
     tree, blocks, dependence = best
     wide: list[Configuration] = []
     if any(joint.kind == "helical" for joint in graph.joints):  # what serves has to after turns too
         wide = neighbours(graph, graph.posed_tree(), home, 6, size=4.0, seed=2)
-    blocks = refined(graph, tree, blocks, dependence, [*samples[1:], *wide, home])
+    blocks = refined(graph, tree, blocks, dependence, [*samples, *wide, home])
     here = configure(graph, tree, home.q)
     signs = loop_signs(graph, tree)
     blocks = paradoxes_whole(graph, tree, signs, blocks, here)
@@ -115,7 +86,6 @@ def plan_of(
     # A rule of a joint that is cut would be checked by nothing: its coordinates are read off.
     inside = set(graph.inside(tree))
     affine = {k: rule for k, rule in affine.items() if k in inside or k in given}
-    unsolved = sorted(inside & (affine.keys() - given))
     return Plan(
         graph,
         tree,
@@ -125,8 +95,33 @@ def plan_of(
         affine,
         tuple(blocks),
         tuple(idle),
-        tuple(unsolved),
+        tuple(sorted(inside & (affine.keys() - given))),
     )
+
+
+def _first_tree(graph: Graph, in_tree: set[int], cut: Sequence[int]) -> Tree:
+    """A tree with some joints in it and others cut. Raises DrivenError where there is none."""
+    where = graph.mechanism.where
+    tree = graph.tree(first=in_tree, last=cut)
+    if not set(cut) <= set(tree.cuts):
+        kept = sorted(graph.joints[k].name for k in set(cut) - set(tree.cuts))
+        raise DrivenError(
+            f"{where}: {', '.join(kept)} cannot be left out of the tree: without "
+            "them some body would be reached by no joint, or they are driven"
+        )
+    if not in_tree <= {k for k, _ in tree.steps}:
+        loose = sorted(graph.joints[k].name for k in in_tree & set(tree.cuts))
+        raise DrivenError(
+            f"{where}: the joints of the driven coordinates form a closed loop "
+            f"({', '.join(loose)}); drive coordinates of other joints"
+        )
+    screws = [graph.joints[k].name for k in tree.cuts if graph.joints[k].kind == "helical"]
+    if screws:
+        raise DrivenError(
+            f"{where}: every joint of the loop of {screws[0]} is helical or "
+            "driven, and a helical joint cannot be left out of the tree"
+        )
+    return tree
 
 
 def unlocked(graph: Graph, at: Configuration, held: Sequence[int]) -> tuple[Graph, Configuration]:
@@ -163,8 +158,27 @@ def _with_room(
         home = configure(graph, graph.posed_tree(), home.q)
 
 
-Members = tuple[list[int], list[int]]  # unknowns, rows
 Analysed = tuple[Tree, list[Block], dict[Row, frozenset[int]]]
+
+
+def _cheapest(
+    graph: Graph,
+    best: Analysed,
+    in_tree: set[int],
+    driven: Sequence[int],
+    affine: Mapping[int, Affine],
+    samples: Sequence[Configuration],
+) -> Analysed:
+    """The cheapest tree with some joints in it, starting from one."""
+    best = _improved(graph, best, in_tree, driven, affine, samples)
+    if graph.platform is None or _cost(best[1]) <= len(best[1]):
+        return best
+    # Where nothing much is gained by it, a block iterates better on the platform's pose than on
+    # some limb's angles.
+    held = in_tree | {graph.twins.get(graph.platform, graph.platform)}
+    posed = _analysed(graph, graph.tree(first=held), driven, affine, samples)
+    posed = _improved(graph, posed, held, driven, affine, samples)
+    return posed if _cost(posed[1]) < 2 * _cost(best[1]) else best
 
 
 def _improved(
@@ -185,99 +199,6 @@ def _improved(
                 best, improved = candidate, True
                 break
     return best
-
-
-def check_driven(
-    graph: Graph, driven: Sequence[int], home: Configuration, samples: Sequence[Configuration]
-) -> list[int]:
-    """Raises DrivenError unless the driven coordinates determine all others near home.
-
-    Freedoms that move neither platform nor actuators, such as the spin of a leg between two
-    spherical joints, are idle. Returns a coordinate for each, to be held at home.
-    """
-    name = graph.mechanism.where
-    names = ", ".join(graph.coordinates[k].name for k in driven) or "none"
-    tree = graph.posed_tree()
-    held: list[int] = []
-    for at in (*samples, home):
-        there = configure(graph, tree, at.q)
-        motions = freedoms(graph, tree, there)
-        scaled = motions / coordinate_scales(graph)[:, None]
-        mobility = motions.shape[1]
-        given = scaled[list(driven)]
-        left, sizes, right = np.linalg.svd(given) if given.size else (None, np.zeros(0), None)
-        rank = int((sizes > 1e-7).sum())
-        where = "at home" if at is home else "near home"
-        if rank < len(driven):
-            reason = f"the mobility is {mobility}" if left is None else ""
-            if left is not None:
-                weights = np.abs(left[:, rank:]).max(axis=1)
-                tied = [n for n, w in zip(names.split(", "), weights, strict=True) if w > 1e-6]
-                reason = (
-                    f"{tied[0]} cannot move"
-                    if len(tied) == 1
-                    else f"{', '.join(tied)} depend on one another"
-                )
-            raise DrivenError(
-                f"{name}: {len(driven)} coordinates are driven ({names}), but only {rank} can move "
-                f"independently {where}: {reason} (mobility {mobility})"
-            )
-        if mobility == rank:
-            continue
-        loose = scaled @ (right[rank:].T if right is not None else np.eye(mobility))
-        if is_idle(there, loose):
-            held = held or holders(loose)
-            continue
-        moved = [
-            c.name
-            for c, row in zip(graph.coordinates, np.abs(loose).max(axis=1), strict=True)
-            if row > 1e-6
-        ]
-        raise DrivenError(
-            f"{name}: mobility is {mobility} {where}, but {len(driven)} coordinates are driven "
-            f"({names}); not determined: {', '.join(moved)}"
-        )
-    return held
-
-
-def _affine(
-    graph: Graph,
-    driven: Sequence[int],
-    idle: Sequence[int],
-    home: Configuration,
-    samples: Sequence[Configuration],
-) -> dict[int, Affine]:
-    """Coordinates whose rates are the same mix of the driven ones everywhere, as in eq. (5).
-
-    Those of idle freedoms rest at home.
-    """
-    tree = graph.posed_tree()
-    maps = []
-    for at in (*samples, home):
-        motions = freedoms(graph, tree, configure(graph, tree, at.q))
-        given = [*driven, *idle]
-        maps.append(np.linalg.solve(motions[given].T, motions.T).T[:, : len(driven)])
-    spread = np.ptp(np.array(maps), axis=0).max(axis=1)
-    found = {}
-    for k in range(len(graph.coordinates)):
-        if k in driven:
-            found[k] = Affine(0.0, ((k, 1.0),))
-            continue
-        lone = len(samples) < 2 and k not in given  # nothing to compare with
-        if (spread[k] > _AFFINE and k not in given) or lone:
-            continue
-        mean = np.mean([m[k] for m in maps], axis=0)
-        whole = np.round(mean)
-        mean = np.where(np.abs(mean - whole) < _AFFINE, whole, mean)
-        constant = float(home.q[k] - mean @ home.q[list(driven)])
-        off = max(abs(at.q[k] - constant - mean @ at.q[list(driven)]) for at in samples)
-        if k not in given and off > _AFFINE * coordinate_scales(graph)[k]:
-            continue
-        # What is left of cancelling home values is round-off.
-        constant = 0.0 if abs(constant) < 1e-15 else constant
-        factors = tuple((j, float(f)) for j, f in zip(driven, mean, strict=True) if f)
-        found[k] = Affine(constant, factors)
-    return found
 
 
 def _cost(blocks: Sequence[Block]) -> int:
@@ -332,7 +253,7 @@ def _analysed(
     pattern = np.abs(jacobians).max(axis=0) > _ZERO * graph.length
     pattern |= _lasting(graph, tree, rows, unknowns, samples[0], pattern)
     scaled = jacobians[0] / np.maximum(np.linalg.norm(jacobians[0], axis=1, keepdims=True), _ZERO)
-    blocks = _eliminated(scaled, pattern)
+    blocks = eliminated(scaled, pattern)
     if blocks is None:
         raise DrivenError(
             f"{graph.mechanism.where}: the loops leave some passive coordinates undetermined"
@@ -382,87 +303,3 @@ def _lasting(
                     new = as_float(rows[i].value(moved, there))
                     depends[i, j] = abs(new - old) > 1e-12 * graph.length**2
     return depends
-
-
-def _eliminated(scaled: FloatArray, pattern: BoolArray) -> list[Members] | None:
-    """Unknowns and rows in blocks, the smallest systems that can be solved first.
-
-    A set of unknowns can be solved when rows that know nothing else (but what is solved already)
-    have full rank in it. The sets tried are those that rows know, then unions of two of them.
-    None where the rows leave something undetermined.
-    """
-    left = np.ones(pattern.shape[1], dtype=bool)
-    blocks: list[Members] = []
-    while left.any():
-        known = np.unique(pattern[:, left], axis=0)
-        sizes = known.sum(axis=1)
-        known = known[(sizes > 0)][np.argsort(sizes[sizes > 0], kind="stable")]
-        found = _smallest(scaled[:, left], pattern[:, left], known)
-        if found is None and len(known) > 1:
-            i, j = np.triu_indices(len(known), 1)
-            unions = np.unique(known[i] | known[j], axis=0)
-            unions = unions[np.argsort(unions.sum(axis=1), kind="stable")]
-            found = _smallest(scaled[:, left], pattern[:, left], unions)
-        if found is None:
-            found = _smallest(scaled[:, left], pattern[:, left], np.ones((1, left.sum()), bool))
-        if found is None:
-            return None
-        members, chosen = found
-        numbers = np.flatnonzero(left)[members]
-        blocks += _sorted(pattern, numbers, chosen)
-        left[numbers] = False
-    return blocks
-
-
-def _smallest(scaled: FloatArray, pattern: BoolArray, sets: BoolArray) -> Members | None:
-    """The first of the sets that rows knowing only it determine, and such rows."""
-    for chosen_set in sets:
-        rows = np.flatnonzero(pattern.any(axis=1) & ~(pattern & ~chosen_set).any(axis=1))
-        members = np.flatnonzero(chosen_set)
-        if len(rows) < len(members):
-            continue
-        picked = _independent(scaled[np.ix_(rows, members)], pattern[rows].sum(axis=1))
-        if len(picked) == len(members):
-            return members.tolist(), rows[picked].tolist()
-    return None
-
-
-def _independent(jacobian: FloatArray, counts: IndexArray) -> list[int]:
-    """Rows that span all, those with the fewest unknowns first, the largest of equals."""
-    chosen: list[int] = []
-    basis = np.zeros((0, jacobian.shape[1]))
-    usable = np.linalg.norm(jacobian, axis=1) > _ZERO
-    for threshold in (0.05, 1e-5):  # well-conditioned choices first
-        for count in sorted(set(counts[usable].tolist())):
-            waiting = [i for i in np.flatnonzero((counts == count) & usable) if i not in chosen]
-            while waiting and len(chosen) < jacobian.shape[1]:
-                left = jacobian[waiting] - (jacobian[waiting] @ basis.T) @ basis
-                left -= (left @ basis.T) @ basis
-                norms = np.linalg.norm(left, axis=1)
-                top = int(np.argmax(norms > 0.98 * norms.max()))  # the first of near equals
-                if norms[top] < threshold:
-                    break
-                chosen.append(int(waiting[top]))
-                basis = np.vstack([basis, left[top] / norms[top]])
-                del waiting[top]
-    return chosen
-
-
-def _sorted(pattern: BoolArray, members: IndexArray, chosen: Sequence[int]) -> list[Members]:
-    """One system's rows matched with its unknowns: its strongly connected components, in order."""
-    square = pattern[np.array(chosen)][:, members]
-    match = maximum_bipartite_matching(csr_array(square), perm_type="column")
-    if len(members) == 1 or (match < 0).any():
-        return [(members.tolist(), list(chosen))]
-    needs = square[:, match]  # row i solves unknown match[i]; needs[i, j]: it needs that of row j
-    _, labels = connected_components(csr_array(needs), directed=True, connection="strong")
-    groups = [np.flatnonzero(labels == g).tolist() for g in sorted(set(labels.tolist()))]
-    done: set[int] = set()
-    blocks: list[Members] = []
-    while len(done) < len(members):
-        for group in groups:
-            wanted = set(np.flatnonzero(needs[group].any(axis=0)).tolist()) - set(group)
-            if group[0] not in done and wanted <= done:
-                blocks.append((members[match[group]].tolist(), [chosen[i] for i in group]))
-                done |= set(group)
-    return blocks

@@ -7,9 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
+from parakin.algebra.angles import nearest_angle
 from parakin.arrays import FloatArray, StatusArray
 from parakin.kernel.rows import POINT, Outputs
-from parakin.kinematics.assembly import Configuration, coordinate_scales
+from parakin.kinematics.configuration import Configuration, coordinate_scales
 from parakin.motion.motion import Samples
 from parakin.solving.bodies import Points
 from parakin.solving.charts import Chart, beside
@@ -123,6 +124,5 @@ class Atlas:
         for order in range(1 + rows.derivatives):
             out[rows.first(count, order), column] = found[chart.outputs.first(count, order), 0]
         out[rows.figures, column] = found[chart.outputs.figures, 0]
-        turns = np.round((before - out[self.angle_rows, column]) / (2 * np.pi))
-        out[self.angle_rows, column] += 2 * np.pi * turns
+        out[self.angle_rows, column] = nearest_angle(out[self.angle_rows, column], to=before)
         return Status.ANGLES_UNDEFINED if undefined else Status.CONVERGED

@@ -17,7 +17,7 @@ from parakin.arrays import FloatArray
 from parakin.errors import ParakinError
 from parakin.kernel.backends import Kernel, make_kernel
 from parakin.kernel.rows import Outputs
-from parakin.kinematics.assembly import (
+from parakin.kinematics.configuration import (
     Configuration,
     closure_system,
     configure,

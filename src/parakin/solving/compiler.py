@@ -12,11 +12,13 @@ from parakin.errors import AssemblyError, DrivenError, InputError, nearest
 from parakin.files.reading import load
 from parakin.kernel.backends import has_machine_code
 from parakin.kernel.rows import Outputs
-from parakin.kinematics.assembly import CLOSED, Configuration, assembled, close
+from parakin.kinematics.assembly import CLOSED, assembled, close
+from parakin.kinematics.configuration import Configuration
 from parakin.model.expressions import Value
 from parakin.model.graph import Graph, graph_of
 from parakin.model.mechanism import Mechanism
 from parakin.planning.ordering import plan_of
+from parakin.planning.plan import Plan
 from parakin.solving.charts import beside
 from parakin.solving.modes import modes_of
 from parakin.solving.solver import Solver
@@ -62,34 +64,17 @@ def compile(
     if derivatives not in range(4):
         raise InputError("derivatives", f"{derivatives}", "0, 1, 2 or 3")
     graph = graph_of(mechanism)
-    driven = mechanism.driven if driven is None else driven
-    names = (driven,) if isinstance(driven, str) else tuple(driven)
-    if not names:
-        raise DrivenError(f"{mechanism.where}: no driven coordinates are given")
-    if len(set(names)) < len(names):
-        raise DrivenError(f"{mechanism.where}: a coordinate is driven twice: {', '.join(names)}")
+    names = _driven(mechanism, driven)
     numbers = [graph.index(name, f"{mechanism.where}: driven") for name in names]
-    joints = [joint.name for joint in graph.joints]
-    for name in cut:
-        if name not in joints:
-            raise InputError("cut", f"unknown joint {name!r}", nearest(name, joints))
     own = home = assembled(graph)
     if isinstance(near, str):
-        search = modes_of(plan_of(graph, numbers, home, everywhere=True))
-        named = {mode.name: mode.coordinates for mode in search.modes}
-        if near not in named:
-            raise InputError("near", f"unknown branch {near!r}", nearest(near, named))
-        near = named[near]
+        near = _mode(graph, numbers, home, near)
     if near is not None:
         home = _near(graph, home, numbers, near)
-    plan = plan_of(graph, numbers, home, [joints.index(name) for name in cut], zero=own.q)
-    chosen = list(_chosen(plan.graph.plain, coordinates))
-    iterated = plan.iterated
-    checks = checks or bool(iterated)
-    # What is solved for is watched along a motion, whoever asks for it.
-    solved = plan.unknowns if checks and derivatives > 1 else iterated
-    hidden = beside(plan, chosen, solved) if checks else []
-    outputs = Outputs((*chosen, *hidden), derivatives, checks)
+    plan = plan_of(graph, numbers, home, _cut(graph, cut), zero=own.q)
+    checks = checks or bool(plan.iterated)
+    chosen = _chosen(plan.graph.plain, coordinates)
+    outputs = _outputs(plan, chosen, derivatives, checks=checks)
     code = has_machine_code() if machine_code is None else machine_code
     recipe: dict[str, Any] = {
         "mechanism": mechanism,
@@ -105,10 +90,48 @@ def compile(
     return Solver(plan, outputs, len(chosen), machine_code=code, again=again)
 
 
+def _outputs(plan: Plan, chosen: Sequence[int | str], derivatives: int, *, checks: bool) -> Outputs:
+    """The coordinates asked for and, after them, what is watched along a motion beside them."""
+    solved = plan.unknowns if checks and derivatives > 1 else plan.iterated
+    hidden = beside(plan, chosen, solved) if checks else []
+    return Outputs((*chosen, *hidden), derivatives, checks)
+
+
 @functools.lru_cache(maxsize=16)
 def _arrived(recipe: bytes) -> Solver:
     """A solver that was sent to this process, compiled the first time that it comes."""
     return compile(**pickle.loads(recipe))
+
+
+def _driven(mechanism: Mechanism, driven: Sequence[str] | str | None) -> tuple[str, ...]:
+    """The names of driven coordinates. Raises DrivenError on none, and on repetition."""
+    driven = mechanism.driven if driven is None else driven
+    names = (driven,) if isinstance(driven, str) else tuple(driven)
+    if not names:
+        raise DrivenError(f"{mechanism.where}: no driven coordinates are given")
+    if len(set(names)) < len(names):
+        raise DrivenError(f"{mechanism.where}: a coordinate is driven twice: {', '.join(names)}")
+    return names
+
+
+def _cut(graph: Graph, names: Sequence[str]) -> list[int]:
+    """The numbers of joints to cut. Raises InputError on unknown names."""
+    joints = [joint.name for joint in graph.joints]
+    for name in names:
+        if name not in joints:
+            raise InputError("cut", f"unknown joint {name!r}", nearest(name, joints))
+    return [joints.index(name) for name in names]
+
+
+def _mode(
+    graph: Graph, driven: Sequence[int], home: Configuration, name: str
+) -> Mapping[str, float]:
+    """The coordinates of an assembly mode. Raises InputError on an unknown name."""
+    search = modes_of(plan_of(graph, driven, home, everywhere=True))
+    named = {mode.name: mode.coordinates for mode in search.modes}
+    if name not in named:
+        raise InputError("near", f"unknown branch {name!r}", nearest(name, named))
+    return named[name]
 
 
 def _near(

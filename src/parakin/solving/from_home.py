@@ -7,7 +7,7 @@ import numpy as np
 from parakin.algebra.spatial import FLOATS, as_float
 from parakin.arrays import FloatArray, IndexArray, StatusArray
 from parakin.kinematics import loops
-from parakin.kinematics.assembly import circuits_at
+from parakin.kinematics.configuration import circuits_at
 from parakin.kinematics.readings import cone
 from parakin.model.graph import Graph
 from parakin.motion.course import Course

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from parakin.algebra.angles import nearest_angle
 from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.errors import InputError
 from parakin.solving.status import TURNS, Layout, Status
@@ -119,9 +120,8 @@ class Guesses:
             return True  # which is false of NaN
         if len(rows):
             near = guess[:, None] if guess.ndim < out.ndim else guess
-            drift = (near[rows] - out[rows]) * (0.5 / np.pi)
-            if not np.abs(drift).max(initial=0.0) <= 0.5:  # true of NaN, in whatever column
-                out[rows] += 2 * np.pi * np.round(drift)
+            if not np.abs(near[rows] - out[rows]).max(initial=0.0) <= np.pi:  # true of NaN too
+                out[rows] = nearest_angle(out[rows], to=near[rows])
                 return False
         return tame(guess, start.found) if self.hidden else tame(guess)
 

@@ -8,20 +8,22 @@ the assembly modes.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from parakin.algebra.angles import nearest_angle
 from parakin.algebra.spatial import ARRAYS, Scalar, as_array
 from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.errors import InputError, nearest
 from parakin.kernel.pose import Equations, Lead, trace
 from parakin.kernel.rows import Outputs
 from parakin.kinematics import loops
-from parakin.kinematics.assembly import circuits_at, configure, freedoms
 from parakin.kinematics.closure import canonical_rows
+from parakin.kinematics.configuration import circuits_at, configure, coordinate_scales
+from parakin.kinematics.free_motions import free_motions
 from parakin.kinematics.recursion import Circuits
 from parakin.model.graph import Graph
 from parakin.planning.forms import Iterated, LinearSlide, TwoRowAngle
@@ -106,13 +108,50 @@ def modes_of(
     values: of driven coordinates, as they are counted; home's where not given. Told apart by
     actuated and platform coordinates that are not driven, or by all where there are none.
     """
-    graph, n = plan.graph, starts
-    rng = np.random.default_rng(seed)
-    outputs = Outputs(tuple(range(len(graph.coordinates))), derivatives=0)
-    home = np.array([plan.home[k] - plan.offset(k) for k in range(len(graph.coordinates))])
-    scales = np.array([1.0 if c.angle else graph.length for c in graph.coordinates])
+    graph = plan.graph
+    numbers = range(len(graph.coordinates))
+    home = np.array([plan.home[k] - plan.offset(k) for k in numbers])
+    offsets = np.array([plan.offset(k) for k in numbers])
     driven = np.array([(values or {}).get(graph.coordinates[k].name, home[k]) for k in plan.driven])
-    iterated = plan.iterated
+    rng = np.random.default_rng(seed)
+    outputs = Outputs(tuple(numbers), derivatives=0)
+    out = _assembled(plan, driven, home, outputs, rng, starts)
+    q = out[outputs.order(0)]
+    residual, conditioning = out[outputs.residual], out[outputs.conditioning]
+    real = residual <= _CLOSED * graph.length
+    at_rest = np.where(real, q + offsets[:, None], plan.home[:, None])
+    turned = _orientation(circuits_at(graph, plan.tree, at_rest), starts)
+    if turned is not None:
+        _tell(graph, turned, q)
+        real &= ~_only_folded(graph, plan, q, home)
+    regular = np.abs(conditioning) > SINGULAR
+    closed = np.flatnonzero(real & regular)
+    told_by = _distinguishing(graph, plan)
+    found = _sorted_out(
+        plan, q[:, closed], np.abs(conditioning[closed]), _of(turned, closed), home, told_by
+    )
+    once = sum(1 for mode in found if mode.found == 1)
+    return Search(
+        found,
+        tuple(graph.coordinates[k].name for k in told_by),
+        starts,
+        len(closed),
+        once / len(closed) if len(closed) else 1.0,
+        int((real & ~regular).sum()),
+    )
+
+
+def _assembled(
+    plan: Plan,
+    driven: FloatArray,
+    home: FloatArray,
+    outputs: Outputs,
+    rng: np.random.Generator,
+    n: int,
+) -> FloatArray:
+    """Outputs (rows, n) where as many random starts lead, the first being home's."""
+    graph, iterated = plan.graph, plan.iterated
+    scales = coordinate_scales(graph)
     # A mirror image of home is as far away again as home is from what mirrors it.
     spread = np.array(
         [np.pi if graph.coordinates[k].angle else _FAR * graph.length for k in iterated]
@@ -139,60 +178,45 @@ def modes_of(
                 sign[wrong] = rng.choice([-1.0, 1.0], int(wrong.sum()))
         if len(iterated):
             guess, lead = out[iterated], None
-    q = out[outputs.order(0)]
-    residual, conditioning = out[outputs.residual], out[outputs.conditioning]
-    real = residual <= _CLOSED * graph.length
-    at_rest = np.where(real, q + offsets[:, None], plan.home[:, None])
-    circuits = circuits_at(graph, plan.tree, at_rest)
-    turned = _orientation(circuits, n)
-    if turned is not None:
-        _tell(graph, turned, q)
-        real &= ~_only_folded(graph, plan, q, home)
-    regular = np.abs(conditioning) > SINGULAR
-    singular = int((real & ~regular).sum())
-    closed = np.flatnonzero(real & regular)
-    told_by = _distinguishing(graph, plan)
-    groups = _groups(graph, q[:, closed], told_by, scales, _of(turned, closed))
-    found: list[tuple[float, Mode]] = []
+    return out
+
+
+def _sorted_out(
+    plan: Plan,
+    q: FloatArray,
+    conditioning: FloatArray,
+    turned: FloatArray | None,
+    home: FloatArray,
+    told_by: Sequence[int],
+) -> tuple[Mode, ...]:
+    """The distinct ones among closed configurations (columns of q), nearest to home first."""
+    graph = plan.graph
+    scales = coordinate_scales(graph)
     everything = list(range(len(graph.plain.coordinates)))
-    for members in groups:
-        those = closed[members]
-        at = q[:, those]
+    found: list[tuple[float, Mode]] = []
+    for members in _groups(graph, q, told_by, turned):
+        at = q[:, members]
         steps = _wrapped(graph, (at - home[:, None]).T).T / scales[:, None]
         nearest = int(np.argmin(np.linalg.norm(steps, axis=0)))
         away = np.linalg.norm(steps[told_by], axis=0)
         position = home + _wrapped(graph, at[:, nearest] - home)
-        named = {graph.coordinates[k].name: float(position[k]) for k in everything}
-        found.append(
-            (
-                float(away[nearest]),
-                Mode(
-                    "",
-                    named,
-                    min(1.0, float(abs(conditioning[those[nearest]]))),
-                    len(those),
-                    len(_groups(graph, at, everything, scales, _of(turned, those))),
-                    _beyond(graph, position),
-                ),
-            )
+        mode = Mode(
+            "",
+            {graph.coordinates[k].name: float(position[k]) for k in everything},
+            min(1.0, float(conditioning[members[nearest]])),
+            len(members),
+            len(_groups(graph, at, everything, _of(turned, members))),
+            _beyond(graph, position),
         )
+        found.append((float(away[nearest]), mode))
     # Mirror images are as far from home as each other: let chance not decide which comes first.
     names = [graph.coordinates[k].name for k in told_by]
     found.sort(
         key=lambda pair: (round(pair[0], 6), [round(pair[1].coordinates[n], 4) for n in names])
     )
-    assemblies = tuple(
+    return tuple(
         replace(mode, name="home" if distance < 1e-4 else str(number))
         for number, (distance, mode) in enumerate(found, start=1)
-    )
-    once = sum(1 for mode in assemblies if mode.found == 1)
-    return Search(
-        assemblies,
-        tuple(graph.coordinates[k].name for k in told_by),
-        n,
-        len(closed),
-        once / len(closed) if len(closed) else 1.0,
-        singular,
     )
 
 
@@ -284,9 +308,7 @@ def _platform_axes(graph: Graph) -> list[int]:
 def _wrapped(graph: Graph, difference: FloatArray) -> FloatArray:
     """Differences of angles within half a turn; coordinates along the last axis."""
     angle = np.array([c.angle for c in graph.coordinates])
-    turned: FloatArray = np.where(
-        angle, difference - 2 * np.pi * np.round(difference / (2 * np.pi)), difference
-    )
+    turned: FloatArray = np.where(angle, nearest_angle(difference), difference)
     return turned
 
 
@@ -300,7 +322,7 @@ def _orientation(circuits: Circuits, n: int) -> FloatArray | None:
     return np.array(stacked).transpose(2, 0, 1)
 
 
-def _of(turned: FloatArray | None, chosen: IndexArray) -> FloatArray | None:
+def _of(turned: FloatArray | None, chosen: IndexArray | list[int]) -> FloatArray | None:
     return None if turned is None else turned[chosen]
 
 
@@ -326,14 +348,14 @@ def _only_folded(graph: Graph, plan: Plan, q: FloatArray, home: FloatArray) -> B
     sequence = "".join("XYZ"[axis] for axis in _platform_axes(graph))
     driven = np.isin(angles, plan.driven)
     tree = graph.posed_tree()
-    motions = freedoms(graph, tree, configure(graph, tree, plan.home))[angles]
+    motions = free_motions(graph, tree, configure(graph, tree, plan.home))[angles]
     if not driven.any() or driven.all() or np.abs(motions[~driven]).max(initial=0.0) > _RESTS:
         return np.zeros(q.shape[1], dtype=bool)
     a, b, c = q[angles]
     other = np.array([a + np.pi, -b if sequence[0] == sequence[2] else np.pi - b, c + np.pi])
 
     def as_home(told: FloatArray) -> BoolArray:
-        away = np.remainder(told - home[angles, None] + np.pi, 2 * np.pi) - np.pi
+        away = nearest_angle(told - home[angles, None])
         rests: BoolArray = np.abs(away[~driven]).max(axis=0) < _SAME
         return rests
 
@@ -341,7 +363,10 @@ def _only_folded(graph: Graph, plan: Plan, q: FloatArray, home: FloatArray) -> B
 
 
 def _groups(
-    graph: Graph, q: FloatArray, by: list[int], scales: FloatArray, orientation: FloatArray | None
+    graph: Graph,
+    q: FloatArray,
+    by: Sequence[int],
+    orientation: FloatArray | None,
 ) -> list[list[int]]:
     """Columns of q that agree in the coordinates `by`, angles modulo a turn, and orientation."""
     if not q.shape[1]:
@@ -353,7 +378,7 @@ def _groups(
         for k in by
         if not (whole and k in turned)
         for row in (
-            (np.cos(q[k]), np.sin(q[k])) if graph.coordinates[k].angle else (q[k] / scales[k],)
+            (np.cos(q[k]), np.sin(q[k])) if graph.coordinates[k].angle else (q[k] / graph.length,)
         )
     ]
     if whole and turned:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parakin.arrays import FloatArray, StatusArray
-from parakin.kinematics.assembly import Configuration
+from parakin.kinematics.configuration import Configuration
 from parakin.motion.course import Course
 from parakin.motion.motion import Samples
 from parakin.solving.charts import Chart

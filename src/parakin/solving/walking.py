@@ -9,7 +9,7 @@ import numpy as np
 
 from parakin.algebra.spatial import as_array
 from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
-from parakin.kinematics.assembly import Configuration
+from parakin.kinematics.configuration import Configuration
 from parakin.solving.charts import Chart
 from parakin.solving.continuity import ASIDE, follows, stays_clear
 from parakin.solving.status import (
@@ -148,29 +148,62 @@ def walk(
         return _walked(chart, begin, goal, units)
 
 
+class _Ways:
+    """Many straight ways from one state, each covered as its part goes from 0 to 1."""
+
+    def __init__(self, chart: Chart, begin: State, goal: FloatArray, units: FloatArray) -> None:
+        self.chart = chart
+        self.start = begin.driven[0][:, None]
+        self.way = goal - self.start
+        self.pace = np.abs(self.way / units[:, None]).max(axis=0, initial=_SHORT)
+        self.bulk = np.abs(goal / units[:, None]).max(axis=0, initial=0.0)
+        self.all = np.arange(goal.shape[1])
+        self._driven = np.zeros((len(chart.layout.found), *goal.shape))
+        self._driven[1] = self.way
+
+    def at(self, part: FloatArray, guess: FloatArray, chosen: IndexArray) -> FloatArray:
+        """Outputs at these parts of the ways chosen."""
+        columns = self._driven if chosen is self.all else self._driven[:, :, chosen]
+        np.multiply(columns[1], part, out=columns[0])
+        columns[0] += self.start
+        orders, k, n = columns.shape
+        return iterate(self.chart, columns.reshape(orders * k, n), guess)
+
+    def smooth(
+        self,
+        chosen: IndexArray,
+        parts: tuple[FloatArray, FloatArray],
+        states: tuple[FloatArray, FloatArray],
+        outputs: tuple[FloatArray, FloatArray],
+    ) -> BoolArray:
+        """Which steps one smooth motion leads over, from one part to the next, given the unknowns'
+        position, velocity and acceleration (3, m, n) and the outputs at both ends.
+        """
+        layout = self.chart.layout
+        figure = layout.outputs.unsigned
+        (part, target), (begun, ended), (out, found) = parts, states, outputs
+        h = target - part
+        digits = self.chart.grip * found[layout.outputs.conditioning]
+        follow = follows(
+            h, begun, ended, self.pace[chosen], layout.units, digits, self.bulk[chosen]
+        )
+        smooth: BoolArray = np.logical_and.reduce(follow)
+        if layout.unsigned:
+            aside = ASIDE * h
+            sides = ((part, begun, aside), (target, ended, -aside))
+            near = [self.at(at + on, x + on * v, chosen)[figure] for at, (x, v, _), on in sides]
+            smooth &= stays_clear(h, out[figure], found[figure], *near)
+        return smooth
+
+
 def _walked(
     chart: Chart, begin: State, goal: FloatArray, units: FloatArray
 ) -> tuple[FloatArray, StatusArray, FloatArray]:
-    n, k = goal.shape[1], len(goal)
-    layout = chart.layout
-    orders, figure = layout.outputs.motion, layout.outputs.unsigned
-    start = begin.driven[0][:, None]
-    way = goal - start
-    pace = np.abs(way / units[:, None]).max(axis=0, initial=_SHORT)
-    bulk = np.abs(goal / units[:, None]).max(axis=0, initial=0.0)
-    everywhere = np.arange(n)
-    driven = np.zeros((len(layout.found), k, n))
-    driven[1] = way
-
-    def at(part: FloatArray, guess: FloatArray, chosen: IndexArray) -> FloatArray:
-        columns = driven if chosen is everywhere else driven[:, :, chosen]
-        np.multiply(columns[1], part, out=columns[0])
-        columns[0] += start
-        return iterate(chart, columns.reshape(len(layout.found) * k, -1), guess)
-
-    home, begun = _set_off(chart, begin, way)
+    n, layout = goal.shape[1], chart.layout
+    ways = _Ways(chart, begin, goal, units)
+    home, begun = _set_off(chart, begin, ways.way)
     out, verdicts = home.repeat(n, axis=1), classify(home, layout).repeat(n)
-    part, size, going, clear = np.zeros(n), np.ones(n), everywhere, out[figure]
+    part, size, going = np.zeros(n), np.ones(n), ways.all
     if verdicts.any():
         return out, verdicts, part
     for _ in range(_ATTEMPTS):
@@ -179,22 +212,15 @@ def _walked(
         target = np.minimum(part[going] + size[going], 1.0)
         h = target - part[going]
         x, v, a = begun
-        found = at(target, x + h * (v + 0.5 * h * a), going)
+        found = ways.at(target, x + h * (v + 0.5 * h * a), going)
         verdict = classify(found, layout)
-        digits = chart.grip * found[layout.outputs.conditioning]
-        ended = found[orders].reshape(begun.shape)
-        smooth = np.logical_and.reduce(
-            follows(h, begun, ended, pace[going], layout.units, digits, bulk[going])
-        )
-        if layout.unsigned:
-            aside = ASIDE * h
-            sides = ((part[going], begun, aside), (target, ended, -aside))
-            near = [at(place + on, x + on * v, going)[figure] for place, (x, v, _), on in sides]
-            smooth &= stays_clear(h, clear, found[figure], *near)
+        ended = found[layout.outputs.motion].reshape(begun.shape)
+        before = out if going is ways.all else out[:, going]
+        smooth = ways.smooth(going, (part[going], target), (begun, ended), (before, found))
         verdict[(verdict == Status.CONVERGED) & ~smooth] = Status.BRANCH_CHANGE
         good = verdict == Status.CONVERGED
         there = good & (target == 1.0)
-        if there.all() and going is everywhere:
+        if there.all() and going is ways.all:
             return found, verdict, target
         size[going] *= np.where(good, 2.0, 0.5)
         stuck = ~good & (size[going] < 0.5**_HALVINGS)
@@ -203,14 +229,14 @@ def _walked(
             verdict[stuck & unclear] = Status.NOT_REACHED
         part[going] = np.where(good, target, part[going])
         back = np.flatnonzero(~good)  # what is stuck stays where it got to
-        found[:, back] = out[:, going[back]]
+        found[:, back] = before[:, back]
         ended[:, :, back] = begun[:, :, back]
-        if going is everywhere:
+        if going is ways.all:
             out, verdicts = found, verdict
         else:
             out[:, going], verdicts[going] = found, verdict
         on = np.flatnonzero(~(there | stuck))
-        going, begun, clear = going[on], ended[:, :, on], found[figure, on]
+        going, begun = going[on], ended[:, :, on]
     verdicts[going] = Status.NOT_REACHED
     return out, verdicts, part
 

@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from parakin.arrays import FloatArray
-from parakin.kinematics.assembly import assembled, configure
+from parakin.kinematics.assembly import assembled
+from parakin.kinematics.configuration import configure
 from parakin.model.graph import Graph, GraphJoint, Placement
 
 SLIDES = ("prismatic", "cylindrical", "helical")
