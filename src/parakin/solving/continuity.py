@@ -92,6 +92,12 @@ def pace_of(before: FloatArray, after: FloatArray, step: FloatArray) -> FloatArr
     return pace
 
 
+def bulk_of(driven: FloatArray, units: FloatArray) -> FloatArray:
+    """How large what is driven is, (n,): positions (k, n), in units (k,) of each row."""
+    bulk: FloatArray = np.abs(driven / units[:, None]).max(axis=0, initial=0.0)
+    return bulk
+
+
 def moment(time: float) -> float:
     """The shortest time between two moments that are told apart."""
     return max(LOCATED, 16 * float(np.spacing(abs(time))))

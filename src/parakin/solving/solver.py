@@ -15,21 +15,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
+from parakin.arrays import FloatArray, IndexArray, StatusArray
 from parakin.errors import InputError
 from parakin.files.reading import load_motion
 from parakin.kernel.rows import ORIENTATION, POINT, POSITION, Outputs
 from parakin.motion.course import Course
 from parakin.motion.motion import Motion, Samples
 from parakin.planning.plan import Plan
+from parakin.solving.answers import Answers
 from parakin.solving.atlas import Atlas
 from parakin.solving.bodies import points_of
 from parakin.solving.charts import Chart
 from parakin.solving.from_home import from_home, home_state, home_values
-from parakin.solving.inputs import Guesses, Start, stacked, tame
+from parakin.solving.inputs import Guesses, stacked, tame
 from parakin.solving.locks import locks_of, off_the_lock, try_again
 from parakin.solving.results import Labels, dataset, quaternions
-from parakin.solving.status import RESIDUAL, SINGULAR, SOLVED, Status, blank_undefined, classify
+from parakin.solving.status import RESIDUAL, SINGULAR, SOLVED, Status, blank_undefined
 from parakin.solving.tick import Tick
 from parakin.solving.tracking import Track
 from parakin.solving.walking import CLOSED, iterate
@@ -73,9 +74,10 @@ class Solver:
         self._iterated = plan.iterated
         self._locks = locks_of(plan)
         self.iterated = tuple(self._name(c) for c in self._iterated)
-        self._hidden = tuple(n for n in self.iterated if n not in self.coordinates)
+        hidden = tuple(n for n in self.iterated if n not in self.coordinates)
         at_home = np.array([self.home.get(name, np.nan) for name in self.coordinates])
-        self._guesses = Guesses(self.layout, at_home, self.iterated, self._hidden)
+        self._guesses = Guesses(self.layout, at_home, self.iterated, hidden)
+        self._answers = Answers(self._atlas, self._guesses)
         self._run = self._chart.run
         _ = self._chart.kernel  # compiled now and not at the first pose
 
@@ -127,134 +129,20 @@ class Solver:
             out = self._run(inputs, parallel=parallel)
         plain = self._guesses.turned_to(out, start) if start is not None else True
         checked = self._outputs.checks
-        plain = plain and (tame(inputs) if checked else tame(inputs, out[self._last_rows]))
+        plain = plain and (tame(inputs) if checked else tame(inputs, out[self._answers.last_rows]))
         if plain and not checked:
             good = 0 if out.ndim == 1 else np.zeros(out.shape[1], dtype=np.int8)
-            return self._tick(out, good, np.nan, np.nan)
+            return self._answers.tick(out, good, np.nan, np.nan)
         if plain and out.ndim == 1 and within is None and not walked and not self.layout.triples:
             residual, conditioning, _, size, _ = out[self._outputs.figures].tolist()
             if residual <= RESIDUAL * size and conditioning >= SINGULAR:
-                return self._tick(out, 0, residual, conditioning)
-        return self._judged(out, inputs, start, walked, within, plain=plain)
-
-    def _judged(
-        self,
-        out: FloatArray,
-        inputs: FloatArray,
-        start: Start | None,
-        walked: StatusArray | int,
-        within: float | None,
-        *,
-        plain: bool,
-    ) -> Tick:
-        """A status for each column, and NaN where it is one of failure."""
-        rows, columns = self._outputs, out[:, None] if out.ndim == 1 else out
-        sound = None if plain else self._guesses.sound(inputs, start)
-        found: FloatArray | None = None
-        if rows.checks:
-            status, found = self._checked(columns, inputs, start, walked, within, sound)
-        else:
-            status = np.zeros(columns.shape[1], dtype=np.int8)
-            status[np.isnan(columns[rows.motion]).any(axis=0)] = Status.OUT_OF_REACH
-            if sound is not None:
-                status[~sound] = Status.OUT_OF_REACH
-        numbers = columns[rows.motion]
-        if not plain or not rows.checks:
-            known = np.delete(numbers, self._cone_rows, axis=0)
-            beyond, open_ = np.isinf(known).any(axis=0), np.isnan(known).any(axis=0)
-            open_ &= status == Status.CONVERGED
-            status[open_ | (beyond & np.isin(status, SOLVED))] = Status.OUT_OF_REACH
-        if status.any():
-            numbers[:, ~np.isin(status, SOLVED)] = np.nan
-        residual: float | FloatArray = np.nan
-        conditioning: float | FloatArray = np.nan
-        verdict: int | StatusArray = int(status[0]) if out.ndim == 1 else status
-        if rows.checks:
-            residual, conditioning = out[rows.residual], out[rows.conditioning]
-            if out.ndim == 1:
-                residual, conditioning = float(residual), float(conditioning)
-        tick = self._tick(out, verdict, residual, conditioning)
-        if found is not None and (status == Status.ANGLES_UNDEFINED).any():
-            found[:, ~np.isin(status, SOLVED)] = np.nan
-            tick = tick._replace(found=found[:, 0] if out.ndim == 1 else found)
-        return tick
-
-    def _checked(
-        self,
-        columns: FloatArray,
-        inputs: FloatArray,
-        start: Start | None,
-        walked: StatusArray | int,
-        within: float | None,
-        sound: BoolArray | None,
-    ) -> tuple[StatusArray, FloatArray | None]:
-        """Verdicts by residual and conditioning, and iterated coordinates (m, n) as they were
-        before those that lock became NaN, where any may have.
-        """
-        found: FloatArray | None = None
-        status = classify(columns, self.layout)
-        singular = bool(status.any()) and bool((status == Status.SINGULAR).any())
-        if self._iterated and (singular or self.layout.triples):
-            found = columns[self.layout.found[0]]
-        if not isinstance(walked, int) or walked:
-            status = np.where(walked, walked, status).astype(np.int8)
-        if sound is not None:
-            bad = np.isin(status, (Status.CONVERGED, Status.SINGULAR)) & ~sound
-            status[bad] = Status.OUT_OF_REACH
-        if singular:
-            self._atlas.exchange(columns, inputs, status)
-        if within is not None and start is not None and self._iterated:
-            begun = start.found if start.found.ndim == 2 else start.found[:, None]
-            ended = columns[self.layout.found[0]] if found is None else found
-            near = np.abs(ended - begun).max(axis=0) <= within
-            status[np.isin(status, SOLVED) & ~near] = Status.BRANCH_CHANGE
-        if self.layout.triples:
-            undefined = blank_undefined(columns, self.layout)
-            status[undefined & (status == Status.CONVERGED)] = Status.ANGLES_UNDEFINED
-        return status, found
+                return self._answers.tick(out, 0, residual, conditioning)
+        return self._answers.judged(out, inputs, start, walked, within, plain=plain)
 
     @property
     def angle_rows(self) -> list[int]:
         """Rows of `coordinates` that are angles."""
         return self._atlas.angle_rows
-
-    def _tick(
-        self,
-        out: FloatArray,
-        status: int | StatusArray,
-        residual: float | FloatArray,
-        conditioning: float | FloatArray,
-    ) -> Tick:
-        position, velocity, acceleration, jerk = self._told_rows
-        return Tick(
-            out[position],
-            out[velocity],
-            out[acceleration],
-            status,
-            residual,
-            conditioning,
-            out[jerk],
-            out[self.layout.found[0]] if self._hidden else out[:0],
-        )
-
-    @cached_property
-    def _told_rows(self) -> list[slice]:
-        """Rows of positions, and of each derivative, none where it is not known."""
-        rows, count = self._outputs, self.layout.reported
-        known = [rows.first(count, order) for order in range(1 + self.derivatives)]
-        return known + [slice(0, 0)] * (4 - len(known))
-
-    @cached_property
-    def _last_rows(self) -> slice:
-        """Rows of the last derivative, which is no number where the others are none."""
-        return self._told_rows[self.derivatives]
-
-    @cached_property
-    def _cone_rows(self) -> list[int]:
-        """Where cone angles are, whose rates are none where an angle is exactly zero."""
-        at = [row for row, name in enumerate(self.coordinates) if name in self.graph.cones]
-        orders = range(1, self.derivatives + 1)
-        return [self._outputs.derivative(row, order) for order in orders for row in at]
 
     def _iterate(
         self, inputs: FloatArray, guess: FloatArray | None

@@ -97,15 +97,14 @@ def converged(out: FloatArray, layout: Layout) -> BoolArray:
 
 def classify(out: FloatArray, layout: Layout) -> StatusArray:
     """A status per sample from its residual and conditioning; of NaN, both are made NaN."""
-    residual, conditioning = out[layout.outputs.residual], out[layout.outputs.conditioning]
-    closed = residual <= RESIDUAL * out[layout.outputs.size]
     status = np.zeros(out.shape[1], dtype=np.int8)
-    if closed.all() and conditioning.min(initial=1.0) >= SINGULAR:
+    if converged(out, layout).all():
         return status
+    residual, conditioning = out[layout.outputs.residual], out[layout.outputs.conditioning]
     conditioning[np.isnan(residual)] = np.nan
     status[~(conditioning >= SINGULAR)] = Status.SINGULAR
     status[conditioning < -SINGULAR] = Status.BRANCH_CHANGE
-    status[~closed] = Status.ITERATION_LIMIT
+    status[~(residual <= RESIDUAL * out[layout.outputs.size])] = Status.ITERATION_LIMIT
     status[np.isnan(residual)] = Status.OUT_OF_REACH
     return status
 

@@ -16,6 +16,7 @@ from parakin.motion.motion import Samples
 from parakin.solving.charts import Chart
 from parakin.solving.continuity import (
     ASIDE,
+    bulk_of,
     counted_on,
     follows,
     moment,
@@ -189,7 +190,10 @@ class Stretch:
         orders, watched = self._orders_of(nodes.out), self._watched
         before, after = orders[:, :, :-1], orders[:, :, 1:]
         pace, digits = self._pace(nodes), self._digits(nodes.out)[1:]
-        driven, bulk = (nodes.driven[:3, :, :-1], nodes.driven[:3, :, 1:]), self._bulk(nodes)[1:]
+        driven, bulk = (
+            (nodes.driven[:3, :, :-1], nodes.driven[:3, :, 1:]),
+            bulk_of(nodes.driven[0], self._units)[1:],
+        )
         with np.errstate(all="ignore"):
             good = converged(nodes.out, self._layout)
             smooth = follows(h, before, after, pace, watched.units, digits, bulk)
@@ -228,11 +232,6 @@ class Stretch:
         scaled = nodes.driven[:3] / self._units[:, None]
         return pace_of(scaled[:, :, :-1], scaled[:, :, 1:], nodes.step[1:])
 
-    def _bulk(self, nodes: Nodes) -> FloatArray:
-        """How large the driven coordinates are, in units (n,)."""
-        bulk: FloatArray = np.abs(nodes.driven[0] / self._units[:, None]).max(axis=0, initial=0.0)
-        return bulk
-
     def _digits(self, out: FloatArray) -> FloatArray:
         """Conditioning, as far as digits are concerned."""
         figure: FloatArray = self.chart.grip * out[self._layout.outputs.conditioning]
@@ -244,7 +243,7 @@ class Stretch:
         driven = pair.driven[:3]
         h = np.diff(pair.time)
         pace = self._pace(pair)
-        ends, bulk = (driven[..., :1], driven[..., 1:]), self._bulk(pair)[1:]
+        ends, bulk = (driven[..., :1], driven[..., 1:]), bulk_of(pair.driven[0], self._units)[1:]
         if not follows(h, *ends, pace, self._units, np.ones(1), bulk).all():
             return Ending(time, Status.NOT_SMOOTH)
         if np.isnan(pair.out[self._layout.outputs.residual, 1]):
@@ -276,7 +275,7 @@ class Stretch:
         if not len(doubtful):
             return out, None
         orders, pace = self._orders_of(nodes.out), np.append(self._pace(nodes), 0.0)
-        bulk = self._bulk(nodes)
+        bulk = bulk_of(nodes.driven[0], self._units)
         for start in range(0, len(doubtful), _BLOCK):
             chosen = doubtful[start : start + _BLOCK]
             place = left[chosen]

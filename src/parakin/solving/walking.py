@@ -11,7 +11,7 @@ from parakin.algebra.spatial import as_array
 from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
 from parakin.kinematics.configuration import Configuration
 from parakin.solving.charts import Chart
-from parakin.solving.continuity import ASIDE, follows, stays_clear
+from parakin.solving.continuity import ASIDE, bulk_of, follows, stays_clear
 from parakin.solving.status import (
     RESIDUAL,
     Layout,
@@ -156,7 +156,7 @@ class _Ways:
         self.start = begin.driven[0][:, None]
         self.way = goal - self.start
         self.pace = np.abs(self.way / units[:, None]).max(axis=0, initial=_SHORT)
-        self.bulk = np.abs(goal / units[:, None]).max(axis=0, initial=0.0)
+        self.bulk = bulk_of(goal, units)
         self.all = np.arange(goal.shape[1])
         self._driven = np.zeros((len(chart.layout.found), *goal.shape))
         self._driven[1] = self.way

@@ -1,0 +1,137 @@
+"""Answers: from a kernel's outputs to a `Tick`, with a status for every pose."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from parakin.arrays import BoolArray, FloatArray, StatusArray
+from parakin.solving.atlas import Atlas
+from parakin.solving.inputs import Guesses, Start
+from parakin.solving.status import SOLVED, Status, blank_undefined, classify
+from parakin.solving.tick import Tick
+
+
+class Answers:
+    """What poses that were worked out on the chart of home are worth, and how they are told."""
+
+    def __init__(self, atlas: Atlas, guesses: Guesses) -> None:
+        self.atlas, self.guesses = atlas, guesses
+        self.outputs, self.layout = atlas.home.outputs, atlas.home.layout
+        self.iterated = bool(atlas.home.plan.iterated)
+
+    def judged(
+        self,
+        out: FloatArray,
+        inputs: FloatArray,
+        start: Start | None,
+        walked: StatusArray | int,
+        within: float | None,
+        *,
+        plain: bool,
+    ) -> Tick:
+        """A status for each column, and NaN where it is one of failure."""
+        rows, columns = self.outputs, out[:, None] if out.ndim == 1 else out
+        sound = None if plain else self.guesses.sound(inputs, start)
+        found: FloatArray | None = None
+        if rows.checks:
+            status, found = self._checked(columns, inputs, start, walked, within, sound)
+        else:
+            status = np.zeros(columns.shape[1], dtype=np.int8)
+            status[np.isnan(columns[rows.motion]).any(axis=0)] = Status.OUT_OF_REACH
+            if sound is not None:
+                status[~sound] = Status.OUT_OF_REACH
+        numbers = columns[rows.motion]
+        if not plain or not rows.checks:
+            known = np.delete(numbers, self._cone_rows, axis=0)
+            beyond, open_ = np.isinf(known).any(axis=0), np.isnan(known).any(axis=0)
+            open_ &= status == Status.CONVERGED
+            status[open_ | (beyond & np.isin(status, SOLVED))] = Status.OUT_OF_REACH
+        if status.any():
+            numbers[:, ~np.isin(status, SOLVED)] = np.nan
+        residual: float | FloatArray = np.nan
+        conditioning: float | FloatArray = np.nan
+        verdict: int | StatusArray = int(status[0]) if out.ndim == 1 else status
+        if rows.checks:
+            residual, conditioning = out[rows.residual], out[rows.conditioning]
+            if out.ndim == 1:
+                residual, conditioning = float(residual), float(conditioning)
+        tick = self.tick(out, verdict, residual, conditioning)
+        if found is not None and (status == Status.ANGLES_UNDEFINED).any():
+            found[:, ~np.isin(status, SOLVED)] = np.nan
+            tick = tick._replace(found=found[:, 0] if out.ndim == 1 else found)
+        return tick
+
+    def _checked(
+        self,
+        columns: FloatArray,
+        inputs: FloatArray,
+        start: Start | None,
+        walked: StatusArray | int,
+        within: float | None,
+        sound: BoolArray | None,
+    ) -> tuple[StatusArray, FloatArray | None]:
+        """Verdicts by residual and conditioning, and iterated coordinates (m, n) as they were
+        before those that lock became NaN, where any may have.
+        """
+        found: FloatArray | None = None
+        status = classify(columns, self.layout)
+        singular = bool(status.any()) and bool((status == Status.SINGULAR).any())
+        if self.iterated and (singular or self.layout.triples):
+            found = columns[self.layout.found[0]]
+        if not isinstance(walked, int) or walked:
+            status = np.where(walked, walked, status).astype(np.int8)
+        if sound is not None:
+            bad = np.isin(status, (Status.CONVERGED, Status.SINGULAR)) & ~sound
+            status[bad] = Status.OUT_OF_REACH
+        if singular:
+            self.atlas.exchange(columns, inputs, status)
+        if within is not None and start is not None and self.iterated:
+            begun = start.found if start.found.ndim == 2 else start.found[:, None]
+            ended = columns[self.layout.found[0]] if found is None else found
+            near = np.abs(ended - begun).max(axis=0) <= within
+            status[np.isin(status, SOLVED) & ~near] = Status.BRANCH_CHANGE
+        if self.layout.triples:
+            undefined = blank_undefined(columns, self.layout)
+            status[undefined & (status == Status.CONVERGED)] = Status.ANGLES_UNDEFINED
+        return status, found
+
+    def tick(
+        self,
+        out: FloatArray,
+        status: int | StatusArray,
+        residual: float | FloatArray,
+        conditioning: float | FloatArray,
+    ) -> Tick:
+        position, velocity, acceleration, jerk = self._told_rows
+        return Tick(
+            out[position],
+            out[velocity],
+            out[acceleration],
+            status,
+            residual,
+            conditioning,
+            out[jerk],
+            out[self.layout.found[0]] if self.guesses.hidden else out[:0],
+        )
+
+    @cached_property
+    def _told_rows(self) -> list[slice]:
+        """Rows of positions, and of each derivative, none where it is not known."""
+        rows, count = self.outputs, self.layout.reported
+        known = [rows.first(count, order) for order in range(1 + self.outputs.derivatives)]
+        return known + [slice(0, 0)] * (4 - len(known))
+
+    @cached_property
+    def last_rows(self) -> slice:
+        """Rows of the last derivative, which is no number where the others are none."""
+        return self._told_rows[self.outputs.derivatives]
+
+    @cached_property
+    def _cone_rows(self) -> list[int]:
+        """Where cone angles are, whose rates are none where an angle is exactly zero."""
+        told = self.outputs.coordinates[: self.layout.reported]
+        at = [row for row, name in enumerate(told) if isinstance(name, str)]
+        orders = range(1, self.outputs.derivatives + 1)
+        return [self.outputs.derivative(row, order) for order in orders for row in at]
