@@ -18,7 +18,7 @@ import atheris
 
 with atheris.instrument_imports(include=["parakin"]):
     import parakin
-    from parakin.exports.suffixes import export
+    from parakin.exports.export import export
     from parakin.files.reading import load_motion
     from parakin.files.tables import write
     from parakin.model.graph import graph_of

@@ -130,7 +130,7 @@ def export(
     driven: what the C code solves for, the mechanism's own choice if not given.
     Raises InputError, AssemblyError, DrivenError.
     """
-    from parakin.exports.suffixes import export as exported
+    from parakin.exports.export import export as exported
 
     return exported(_given(mechanism), Path(path), driven)
 

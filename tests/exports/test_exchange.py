@@ -18,7 +18,7 @@ import parakin
 from parakin.analysis.mobility import mobility
 from parakin.cli.main import main
 from parakin.errors import AssemblyError, InputError
-from parakin.exports import suffixes as exports
+from parakin.exports import export as exports
 from parakin.files import reading as files
 from parakin.kinematics.assembly import assembled
 from parakin.model.graph import graph_of

@@ -19,7 +19,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 import parakin
-from parakin.exports.suffixes import export
+from parakin.exports.export import export
 from parakin.files.reading import load_motion
 from parakin.model.graph import graph_of
 

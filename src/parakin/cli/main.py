@@ -126,7 +126,7 @@ def _load(options: argparse.Namespace) -> Mechanism:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from parakin.exports.suffixes import check_export, export
+    from parakin.exports.export import check_export, export
 
     for path in check_export(options.output):
         _refuse_input(path, (options.mechanism, options.loops))

@@ -42,7 +42,7 @@ def export(mechanism: Mechanism, path: Path, driven: Sequence[str] | None = None
         raise InputError("--driven", f"a choice for {suffix}", "one for .c: models solve for any")
     texts: tuple[str, ...]
     if suffix == ".c":
-        from parakin.exports.c99 import c_code
+        from parakin.exports.c99.code import c_code
 
         texts = c_code(mechanism, path.stem, driven)
     elif suffix == ".urdf":
