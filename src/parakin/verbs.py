@@ -31,7 +31,7 @@ def check(mechanism: Mechanism | str | Path) -> Mobility:
     """
     from parakin.analysis.mobility import mobility
     from parakin.kinematics.assembly import assembled
-    from parakin.model.graph import graph_of
+    from parakin.model.evaluation import graph_of
 
     graph = graph_of(_given(mechanism))
     return mobility(graph, assembled(graph), len(graph.mechanism.driven))
@@ -41,7 +41,7 @@ def draw(mechanism: Mechanism | str | Path, path: str | Path | None = None) -> F
     """The kinematic scheme at home, in the symbols of ISO 3952; written to `path`, if given, as
     .svg, .pdf or .png. Raises InputError, AssemblyError.
     """
-    from parakin.model.graph import graph_of
+    from parakin.model.evaluation import graph_of
     from parakin.views.scheme import scheme
 
     if path is not None:

@@ -21,7 +21,7 @@ from parakin.errors import AssemblyError, InputError
 from parakin.exports import export as exports
 from parakin.files import reading as files
 from parakin.kinematics.assembly import assembled
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 from parakin.model.mechanism import Mechanism
 
 mujoco = pytest.importorskip("mujoco")

@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 
 from parakin import Body, Frame, Joint, Mechanism
 from parakin.kinematics.assembly import assembled, coordinate_scales, freedoms
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 from parakin.model.mechanism import Kind, Platform
 
 Array = NDArray[np.float64]

@@ -25,7 +25,7 @@ from parakin import InputError
 from parakin.cli.main import main
 from parakin.files.reading import mechanism_from_table
 from parakin.kinematics.assembly import assembled
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 from parakin.model.mechanism import Kind
 
 LINKAGE = """

@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 import parakin
 from parakin.exports.export import export
 from parakin.files.reading import load_motion
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 
 SOON = 10.0  # seconds for any one file, on a slow machine
 NEEDED = {".xml": ("lxml", "mujoco"), ".urdf": ("lxml",), ".yaml": ("lxml", "yaml")}

@@ -165,7 +165,7 @@ def _check(options: argparse.Namespace) -> int:
     from parakin.analysis.mobility import mobility
     from parakin.files.reading import expanded, load_motion
     from parakin.kinematics.assembly import assembled
-    from parakin.model.graph import graph_of
+    from parakin.model.evaluation import graph_of
     from parakin.views.text import mechanism_report
 
     mechanism = _load(options)

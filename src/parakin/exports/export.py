@@ -8,7 +8,7 @@ from pathlib import Path
 
 from parakin.errors import InputError
 from parakin.files.writing import check_writable, replacing
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 from parakin.model.mechanism import Mechanism
 
 SUFFIXES = (".xml", ".urdf", ".c")

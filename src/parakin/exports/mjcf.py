@@ -19,7 +19,9 @@ from parakin.algebra.spatial import IDENTITY, ZERO, Matrix, Vector, apply, minus
 from parakin.arrays import FloatArray
 from parakin.files.links import about, inverse, not_installed, then, vector, xml_root
 from parakin.kinematics.assembly import Configuration, assembled, configure
-from parakin.model.graph import Graph, GraphJoint, Placement
+from parakin.model.graph import Graph
+from parakin.model.joints import GraphJoint
+from parakin.model.placement import Placement
 
 _STEP = 0.002  # of time [s]
 _CLOSED = (2 * _STEP, 1.0)  # time constant [s] and damping ratio of loops: as stiff as can be

@@ -29,8 +29,9 @@ from parakin.algebra.spatial import (
     transpose,
 )
 from parakin.errors import InputError
-from parakin.model.graph import PAIRS, THETA, Placement
+from parakin.model.joints import PAIRS, THETA
 from parakin.model.mechanism import MAX_JOINTS, Body, Frame, Joint, Mechanism, Platform
+from parakin.model.placement import Placement
 
 if TYPE_CHECKING:
     from lxml.etree import _Element

@@ -27,8 +27,8 @@ from parakin.files.links import (
     then,
     vector,
 )
-from parakin.model.graph import Placement
 from parakin.model.mechanism import MAX_JOINTS, Mechanism
+from parakin.model.placement import Placement
 
 if TYPE_CHECKING:
     from lxml.etree import _Element

@@ -27,8 +27,9 @@ from parakin.files.links import (
     unit_vector,
     vector,
 )
-from parakin.model.graph import AXES, THETA, Placement
+from parakin.model.joints import THETA
 from parakin.model.mechanism import MAX_JOINTS, Mechanism
+from parakin.model.placement import AXES, Placement
 
 if TYPE_CHECKING:
     from lxml.etree import _Element

@@ -36,7 +36,8 @@ from parakin.kinematics.recursion import (
     point_acceleration,
     point_velocity,
 )
-from parakin.model.graph import Graph, GraphJoint, Tree
+from parakin.model.graph import Graph, Tree
+from parakin.model.joints import GraphJoint
 
 
 class Row(NamedTuple):

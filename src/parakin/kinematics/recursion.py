@@ -30,7 +30,8 @@ from parakin.algebra.spatial import (
     transpose,
     turned,
 )
-from parakin.model.graph import Graph, GraphJoint, Pair, Tree
+from parakin.model.graph import Graph, Tree
+from parakin.model.joints import GraphJoint, Pair
 
 
 class Pose(NamedTuple):

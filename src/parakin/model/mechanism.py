@@ -2,7 +2,7 @@
 
 The same types are read from TOML and built in Python. Any length or angle may be a number (SI),
 a quantity ("850 mm") or an expression in the parameters ("d2 + d3 + d4"). Names are checked
-here; numbers are evaluated where the joint graph is made (`parakin.model.graph`).
+here; numbers are evaluated where the joint graph is made (`parakin.model.evaluation`).
 """
 
 from __future__ import annotations

@@ -26,7 +26,8 @@ from parakin.kinematics.assembly import (
     full_screws,
     loop_signs,
 )
-from parakin.model.graph import GraphJoint, Tree
+from parakin.model.graph import Tree
+from parakin.model.joints import GraphJoint
 from parakin.motion.motion import Samples
 from parakin.planning.ordering import plan_of
 from parakin.planning.plan import Plan

@@ -14,7 +14,9 @@ import numpy as np
 
 from parakin.arrays import FloatArray
 from parakin.kinematics.assembly import assembled, configure
-from parakin.model.graph import Graph, GraphJoint, Placement
+from parakin.model.graph import Graph
+from parakin.model.joints import GraphJoint
+from parakin.model.placement import Placement
 
 SLIDES = ("prismatic", "cylindrical", "helical")
 NEAR = 1e-6  # of the mechanism's size: places that coincide

@@ -1,0 +1,96 @@
+"""Frames placed on bodies, in numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from parakin.algebra import spatial
+from parakin.algebra.spatial import IDENTITY, ZERO, Matrix, Vector
+from parakin.errors import InputError
+from parakin.model.expressions import ANGLE, LENGTH, Dimension, Parameters
+from parakin.model.mechanism import Frame
+
+AXES = {"x": 0, "y": 1, "z": 2}
+_ZERO = 1e-12  # no axis is shorter
+_PARALLEL = 1 - 1e-9  # the cosine between axes that leave no direction square to both
+_ROUNDING = 4e-16
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A frame on a body: its axes (columns of `R`) and origin `p` [m] in body components."""
+
+    R: Matrix
+    p: Vector
+
+
+HERE = Placement(IDENTITY, ZERO)
+
+
+def then(a: Placement, b: Placement) -> Placement:
+    """The frame `b`, which is given in the frame `a`, where `a` is given."""
+    return Placement(spatial.compose(a.R, b.R), spatial.plus(a.p, spatial.apply(a.R, b.p)))
+
+
+def inverse(a: Placement) -> Placement:
+    """The frame in which `a` is given, given in `a`."""
+    R = spatial.transpose(a.R)
+    return Placement(R, spatial.minus(ZERO, spatial.apply(R, a.p)))
+
+
+def unit(a: Vector, place: str) -> Vector:
+    """`a` scaled to length one. Raises InputError, naming `place`, if it is zero."""
+    norm = math.hypot(*a)
+    if not norm > _ZERO:
+        raise InputError(place, f"the axis {list(a)}", "an axis that is not zero")
+    return (a[0] / norm, a[1] / norm, a[2] / norm)
+
+
+def snapped(m: Matrix) -> Matrix:
+    """Entries within rounding of 0 and ±1 become exact, so that the recursion can drop them."""
+
+    def entry(a: float) -> float:
+        near = float(round(a))
+        return near + 0.0 if abs(a - near) < _ROUNDING else a
+
+    rows = [tuple(entry(a) for a in row) for row in m]
+    return (rows[0], rows[1], rows[2])  # type: ignore[return-value]
+
+
+def placement_of(frame: Frame, parameters: Parameters, place: str) -> Placement:
+    """A frame in numbers: z along its `axis`, x as close to the given one as z allows.
+
+    Raises InputError on expressions that fail, and on axes that are zero or parallel.
+    """
+    p = vector_of(frame.at, parameters, f"{place}.at", LENGTH)
+    if frame.axis is None and frame.x is None:
+        R = IDENTITY
+        for number, (axis, angle) in enumerate(frame.turns):
+            q = parameters.evaluate(angle, ANGLE, f"{place}.turns[{number}]")
+            R = spatial.turned(R, AXES[axis], math.cos(q), math.sin(q))
+        return Placement(snapped(R), p)
+    if frame.turns:
+        raise InputError(f"{place}.turns", "turns beside an axis", "either turns or an axis")
+    along = frame.axis if frame.axis is not None else (0.0, 0.0, 1.0)
+    z = unit(vector_of(along, parameters, f"{place}.axis", LENGTH), f"{place}.axis")
+    if frame.x is not None:
+        x = unit(vector_of(frame.x, parameters, f"{place}.x", LENGTH), f"{place}.x")
+        if abs(spatial.dot(x, z)) > _PARALLEL:
+            raise InputError(f"{place}.x", f"{list(frame.x)} along the axis", "another direction")
+    else:
+        x = (1.0, 0.0, 0.0) if abs(z[0]) < _PARALLEL else (0.0, 1.0, 0.0)
+    x = unit(spatial.minus(x, spatial.times(spatial.dot(x, z), z)), f"{place}.x")
+    y = spatial.cross(z, x)
+    return Placement(snapped(spatial.transpose((x, y, z))), p)
+
+
+def vector_of(
+    triple: Sequence[float | int | str], parameters: Parameters, place: str, dimension: Dimension
+) -> Vector:
+    """Three expressions in numbers. Raises InputError on one that fails."""
+    a, b, c = (
+        parameters.evaluate(value, dimension, f"{place}[{k}]") for k, value in enumerate(triple)
+    )
+    return (a, b, c)
