@@ -413,7 +413,7 @@ def test_mujoco_has_the_urdf_where_we_have_it(tmp_path: Path) -> None:
 
 
 REFUSED: dict[str, tuple[str, str, str]] = {
-    "entities": ("a.xml", '<!DOCTYPE x [<!ENTITY a "b">]><mujoco>&a;</mujoco>', "entities of its"),
+    "entities": ("a.xml", '<!DOCTYPE x [<!ENTITY a "b">]><mujoco>&a;</mujoco>', "or entities"),
     "no xml": ("a.xml", "<mujoco", "a syntax error"),
     "another": ("a.xml", "<svg/>", "expected <mujoco> or <robot>"),
     "include": ("a.xml", '<mujoco><include file="b.xml"/></mujoco>', "line 1: found <include>"),

@@ -780,7 +780,8 @@ def test_a_library_that_is_not_installed_is_named(
     message = refusal("solve", "linkage.toml", "motion.toml", *option.split())
     file = option.split()[1]
     assert (
-        message == f"{file}: found {library} not installed; expected pip install 'parakin[{extra}]'"
+        message
+        == f"{file}: found {library} is not installed; expected pip install 'parakin[{extra}]'"
     )
 
 

@@ -17,11 +17,12 @@ import numpy as np
 
 from parakin.algebra.spatial import IDENTITY, ZERO, Matrix, Vector, apply, minus, times, transpose
 from parakin.arrays import FloatArray
-from parakin.files.links import about, inverse, not_installed, then, vector, xml_root
+from parakin.errors import not_installed
+from parakin.files.parsing import parse_xml
 from parakin.kinematics.assembly import Configuration, assembled, configure
 from parakin.model.graph import Graph
 from parakin.model.joints import GraphJoint
-from parakin.model.placement import Placement
+from parakin.model.placement import Placement, about, inverse, then, vector
 
 _STEP = 0.002  # of time [s]
 _CLOSED = (2 * _STEP, 1.0)  # time constant [s] and damping ratio of loops: as stiff as can be
@@ -295,7 +296,7 @@ def _in_full(spec: Any) -> str:
     """The spec's XML, which MuJoCo writes with six digits, with all digits of what matters."""
     from lxml import etree
 
-    root = xml_root(spec.to_xml(), "MJCF")
+    root = parse_xml(spec.to_xml(), "MJCF")
     found = {"body": spec.body, "joint": spec.joint, "site": spec.site}
     keys = {
         "body": ("pos", "quat"),

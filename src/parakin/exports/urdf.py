@@ -14,11 +14,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from parakin.algebra.spatial import IDENTITY, ZERO, Matrix, Vector, minus, times, transpose
-from parakin.files.links import HERE, about, inverse, not_installed, then
+from parakin.errors import not_installed
 from parakin.kinematics.assembly import Configuration, assembled, configure
 from parakin.model.graph import Graph
 from parakin.model.joints import GraphJoint
-from parakin.model.placement import Placement
+from parakin.model.placement import HERE, Placement, about, inverse, then
 
 _UNBOUNDED = 1000.0  # URDF has no slide without limits [m], nor without these [N, m/s]
 _LOCKED = 1e-12

@@ -1,46 +1,34 @@
-"""Mechanisms out of other programs' files: what MJCF and URDF have in common.
+"""Links: the joints of MJCF and URDF files, and how several of them make one joint of ours.
 
-Such files know single hinges and slides, fixed links and, beside the tree, loops. Here links that
-are fixed to one another become one body, hinges and slides that `parakin export` has split become
-one joint again, and names are made fit for expressions and tables.
+Such files have single hinges and slides, fixed links and, apart from the tree, loops. Here links
+that are fixed to one another become one body; a hinge and a slide that are coupled, a screw; and
+hinges and slides that `parakin export` has split, one joint again.
 """
 
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
 
 from parakin.algebra.spatial import (
     IDENTITY,
     ZERO,
     Matrix,
     Vector,
-    apply,
     column,
     compose,
     cross,
     dot,
     minus,
-    plus,
     transpose,
 )
 from parakin.errors import InputError
 from parakin.model.joints import PAIRS, THETA
-from parakin.model.mechanism import MAX_JOINTS, Body, Frame, Joint, Mechanism, Platform
-from parakin.model.placement import Placement
-
-if TYPE_CHECKING:
-    from lxml.etree import _Element
+from parakin.model.placement import HERE, Placement, about, inverse, then
 
 _APART = 1e-6  # directions and places that differ by less are meant to be the same
-_LOCKED = 1e-12
-_NOTHING = 1e-14  # [m]: a place this near to zero is round-off of it
-WORLD = "world"  # MuJoCo's name for what does not move
-HERE = Placement(IDENTITY, ZERO)
 
 
 @dataclass(frozen=True)
@@ -62,179 +50,7 @@ class Link:
     angles: tuple[tuple[str, str], ...] = (("roll", "x"), ("pitch", "y"), ("yaw", "z"))
 
 
-def then(a: Placement, b: Placement) -> Placement:
-    """The frame `b`, given in the frame `a`, where `a` is given in."""
-    return Placement(compose(a.R, b.R), plus(a.p, apply(a.R, b.p)))
-
-
-def inverse(a: Placement) -> Placement:
-    R = transpose(a.R)
-    return Placement(R, minus(ZERO, apply(R, a.p)))
-
-
-def xml_root(text: str, origin: str) -> _Element:
-    """The root of an XML document that refers to nothing outside itself. Raises InputError."""
-    try:
-        from lxml import etree
-    except ImportError:
-        raise not_installed(origin, "lxml") from None
-    if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise InputError(origin, "a document type or entities of its own", "plain XML")
-    parser = etree.XMLParser(
-        encoding="utf-8",
-        resolve_entities=False,
-        no_network=True,
-        load_dtd=False,
-        huge_tree=False,
-        remove_comments=True,
-        remove_pis=True,
-    )
-    try:
-        return etree.fromstring(text.encode(), parser)
-    except etree.XMLSyntaxError as error:
-        raise InputError(origin, f"a syntax error: {error.msg}", "XML") from None
-
-
-def not_installed(place: str, library: str, extra: str = "exchange") -> InputError:
-    return InputError(place, f"{library} is not installed", f"pip install 'parakin[{extra}]'")
-
-
-def numbers(text: str | None, count: int, default: Sequence[float], place: str) -> list[float]:
-    """An attribute of so many numbers. Raises InputError."""
-    if text is None:
-        return list(default)
-    try:
-        values = [float(word) for word in text.split()]
-        if len(values) != count or not all(abs(a) < 1e100 for a in values):
-            raise ValueError
-    except ValueError:
-        raise InputError(place, repr(text), f"{count} finite number{'s'[: count > 1]}") from None
-    return values
-
-
-def vector(values: Iterable[float]) -> Vector:
-    a, b, c = (float(value) for value in values)
-    return (a, b, c)
-
-
-def unit_vector(values: Sequence[float], place: str) -> Vector:
-    """A direction at length one. Raises InputError on zero."""
-    size = math.hypot(*values)
-    if not size > _LOCKED:
-        raise InputError(place, f"the axis {list(values)}", "an axis that is not zero")
-    return vector(value / size for value in values)
-
-
-def about(axis: Vector) -> Matrix:
-    """A frame whose z lies along a unit vector, x and y any two that fit."""
-    k = min(range(3), key=lambda k: abs(axis[k]))
-    x = [-axis[k] * a for a in axis]
-    x[k] += 1.0
-    size = dot(vector(x), vector(x)) ** 0.5
-    x_axis = vector(a / size for a in x)
-    return transpose((x_axis, cross(axis, x_axis), axis))
-
-
-def angles_of(R: Matrix) -> tuple[float, float, float]:
-    """The angles about moving x, then y, then z that make R; the last is zero at gimbal lock."""
-    (a, b, c), (_, e, f), (_, h, g) = R
-    size = math.hypot(a, b)
-    if size < _LOCKED:
-        return math.atan2(h, e), math.atan2(c, size), 0.0
-    return math.atan2(-f, g), math.atan2(c, size), math.atan2(-b, a)
-
-
-def mechanism_of(
-    name: str,
-    base: str,
-    bodies: Sequence[str],
-    links: Sequence[Link],
-    loops: Sequence[Link],
-    origin: str,
-    notes: str,
-) -> Mechanism:
-    """The mechanism of a tree of links and of the loops that close it. Raises InputError."""
-    if len(links) + len(loops) > MAX_JOINTS:
-        raise InputError(origin, f"{len(links) + len(loops)} joints", f"at most {MAX_JOINTS}")
-    screws = [link for link in loops if link.kind == "screw"]
-    loops = [link for link in loops if link.kind != "screw"]
-    links = _screwed(links, screws, origin)
-    moving, owner = _rigid(base, [*links, *loops], origin)
-    joints, platform = _posed(base, _gathered(moving, {base}))
-    if not joints:
-        raise InputError(origin, "no joints that move", "a hinge, a slide or the like")
-    known: dict[str, str] = {}
-    ends = {
-        n
-        for link in [*joints, *([platform] if platform else [])]
-        for n in (link.parent, link.child)
-    }
-    inside = [n for n in (*bodies, *sorted(ends)) if n in ends]
-    body_names = {
-        b: _fit(_called(b, base, bodies, owner), known) for b in dict.fromkeys([base, *inside])
-    }
-    used: dict[str, str] = {}
-    made: list[Joint] = []
-    tables: dict[str, dict[str, Any]] = {"guess": {}, "limits": {}}
-    driven: list[str] = []
-    for link in joints:
-        title = _fit(link.name, used)
-        kind = "helical" if link.pitch else link.kind
-        made.append(
-            Joint(
-                name=title,
-                kind=kind,  # type: ignore[arg-type]
-                parent=body_names[link.parent],
-                child=body_names[link.child],
-                on_parent=_frame(link.F),
-                on_child=_frame(link.M),
-                actuated=link.actuated,
-                pitch=link.pitch or None,
-            )
-        )
-        own = [title] if len(link.values) < 2 else [f"{title}.{k + 1}" for k in range(9)]
-        tables["guess"] |= dict(zip(own, link.values, strict=False))
-        if link.limits is not None and len(link.values) == 1:
-            tables["limits"][title] = link.limits
-        driven += own[: len(link.values)] if link.actuated else []
-    pose = None
-    if platform is not None:
-        pose = Platform(
-            body=body_names[platform.child],
-            point="origin",
-            angles=platform.angles,  # type: ignore[arg-type]
-        )
-        labels = ("x", "y", "z", *(label for label, _ in platform.angles))
-        tables["guess"] |= {
-            f"platform.{label}": value for label, value in zip(labels, platform.values, strict=True)
-        }
-    points = _points(owner, body_names, platform)
-    return Mechanism(
-        name=_fit(name, {}),
-        title=name,
-        notes=notes,
-        base=body_names[base],
-        bodies=tuple(
-            Body(name=label, points=points.get(body, {})) for body, label in body_names.items()
-        ),
-        joints=tuple(made),
-        platform=pose,
-        driven=tuple(driven),
-        **tables,
-        origin=origin,
-    )
-
-
-def _called(
-    body: str, base: str, bodies: Sequence[str], owner: Mapping[str, tuple[str, Placement]]
-) -> str:
-    """A body's name; the world's is that of the first body that stands on it, if one does."""
-    if body == base == WORLD:
-        return next((b for b in bodies if b != base and owner[b][0] == base), base)
-    return body
-
-
-def _screwed(links: Sequence[Link], screws: Sequence[Link], origin: str) -> list[Link]:
+def screwed(links: Sequence[Link], screws: Sequence[Link], origin: str) -> list[Link]:
     """Hinge and slide, one after the other, that a coupling makes a helical joint.
 
     A coupling names the hinge as its parent and the slide as its child. Raises InputError.
@@ -273,27 +89,7 @@ def _screwed(links: Sequence[Link], screws: Sequence[Link], origin: str) -> list
     return result
 
 
-def _frame(at: Placement) -> Frame:
-    p = vector(0.0 if abs(a) < _NOTHING else a for a in at.p)
-    if at.R == IDENTITY:
-        return Frame(at=p)
-    return Frame(at=p, axis=column(at.R, 2), x=column(at.R, 0))
-
-
-def _fit(name: str, known: dict[str, str]) -> str:
-    """A name of ours for another program's, the same for the same one and for no other."""
-    fit = re.sub(r"[^A-Za-z0-9_ '-]", "_", name)[:56].strip()
-    if not re.match(r"[A-Za-z]", fit):
-        fit = f"n{fit}"
-    made, count = fit, 1
-    while made in known:
-        count += 1
-        made = f"{fit}_{count}"
-    known[made] = name
-    return made
-
-
-def _rigid(
+def rigid(
     base: str, links: Sequence[Link], origin: str
 ) -> tuple[list[Link], dict[str, tuple[str, Placement]]]:
     """Links fixed to one another as one body: joints that move, and every link's owner and place.
@@ -340,23 +136,7 @@ def _rigid(
     return found, owner
 
 
-def _points(
-    owner: Mapping[str, tuple[str, Placement]],
-    body_names: Mapping[str, str],
-    platform: Link | None,
-) -> dict[str, dict[str, Vector]]:
-    """Links fixed to a body as points on it, and the platform's reference point."""
-    points: dict[str, dict[str, Vector]] = {body: {} for body in body_names}
-    for name, (body, at) in owner.items():
-        if name != body and body in points:
-            fitted = _fit(name, {p: p for p in points[body]})
-            points[body][fitted] = at.p
-    if platform is not None:
-        points[platform.child]["origin"] = platform.M.p
-    return points
-
-
-def _gathered(links: Sequence[Link], kept: set[str]) -> list[Link]:
+def gathered(links: Sequence[Link], kept: set[str]) -> list[Link]:
     """Hinges and slides named X.1, X.2, ... one after the other, as the joint X they came from.
 
     kept: bodies that are more than the inside of a joint.
@@ -467,7 +247,7 @@ def _square(axes: Mapping[int, Vector]) -> Matrix | None:
     return R if off < _APART and hand > 0 else None
 
 
-def _posed(base: str, links: Sequence[Link]) -> tuple[list[Link], Link | None]:
+def posed(base: str, links: Sequence[Link]) -> tuple[list[Link], Link | None]:
     """The joints, and the one that only says where the platform is: free, and in a loop."""
     free = [link for link in links if link.kind == "free" and not link.actuated]
     upright = [

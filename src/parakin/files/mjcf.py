@@ -13,22 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from parakin.algebra.spatial import IDENTITY, ZERO
-from parakin.errors import InputError
-from parakin.files.links import (
-    HERE,
-    WORLD,
-    Link,
-    about,
-    angles_of,
-    mechanism_of,
-    not_installed,
-    numbers,
-    then,
-    vector,
-)
+from parakin.algebra.spatial import IDENTITY, ZERO, Matrix
+from parakin.errors import InputError, not_installed
+from parakin.files.from_links import WORLD, mechanism_of
+from parakin.files.links import Link
+from parakin.files.parsing import numbers
 from parakin.model.mechanism import MAX_JOINTS, Mechanism
-from parakin.model.placement import Placement
+from parakin.model.placement import HERE, Placement, about, then, vector
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -56,6 +47,7 @@ _NUMBERS = {
     *("pos", "axis", "range", "ref", "fromto", "anchor", "relpose", "torquescale", "polycoef"),
     *_TURN,
 }
+_LOCKED = 1e-12  # the cosine of the second of three angles at gimbal lock
 _HUGE = 1e10  # what MuJoCo itself takes for out of bounds
 _ELSEWHERE = {
     "include": "one file, with what it includes written out",
@@ -206,11 +198,11 @@ class _Model:
         point = vector(model.jnt_pos[j])
         if kind == kinds.mjJNT_FREE:
             R = self._matrix(pose[k + 3 : k + 7])
-            values = (*pose[k : k + 3], *angles_of(R))
+            values = (*pose[k : k + 3], *_angles_of(R))
             return Link(name, "free", near, far, values=tuple(map(float, values)))
         if kind == kinds.mjJNT_BALL:
             here = Placement(IDENTITY, point)
-            values = angles_of(self._matrix(pose[k : k + 4]))
+            values = _angles_of(self._matrix(pose[k : k + 4]))
             return Link(name, "spherical", near, far, then(at, here), here, values)
         slides = kind == kinds.mjJNT_SLIDE
         R, ref = about(vector(model.jnt_axis[j])), float(model.qpos0[k])
@@ -290,6 +282,15 @@ class _Model:
         R = np.empty(9)
         self.mujoco.mju_quat2Mat(R, np.asarray(quaternion, dtype=float))
         return tuple(vector(row) for row in R.reshape(3, 3))
+
+
+def _angles_of(R: Matrix) -> tuple[float, float, float]:
+    """The angles about moving x, then y, then z that make R; the last is zero at gimbal lock."""
+    (a, b, c), (_, e, f), (_, h, g) = R
+    size = math.hypot(a, b)
+    if size < _LOCKED:
+        return math.atan2(h, e), math.atan2(c, size), 0.0
+    return math.atan2(-f, g), math.atan2(c, size), math.atan2(-b, a)
 
 
 def _hinges(loops: list[Link]) -> list[Link]:

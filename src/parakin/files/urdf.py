@@ -16,20 +16,12 @@ import numpy as np
 
 from parakin.algebra.spatial import IDENTITY, ZERO, Matrix, compose, transpose, turned
 from parakin.errors import InputError, nearest
-from parakin.files.links import (
-    HERE,
-    Link,
-    about,
-    inverse,
-    mechanism_of,
-    numbers,
-    then,
-    unit_vector,
-    vector,
-)
+from parakin.files.from_links import mechanism_of
+from parakin.files.links import Link
+from parakin.files.parsing import numbers
 from parakin.model.joints import THETA
 from parakin.model.mechanism import MAX_JOINTS, Mechanism
-from parakin.model.placement import AXES, Placement
+from parakin.model.placement import AXES, HERE, Placement, about, inverse, then, unit, vector
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -181,7 +173,7 @@ def _axis(element: _Element, kind: str, place: str) -> Placement:
         return HERE
     axis = element.find("axis")
     values = numbers(None if axis is None else axis.get("xyz"), 3, (1.0, 0.0, 0.0), place)
-    return Placement(about(unit_vector(values, f"{place}: axis")), ZERO)
+    return Placement(about(unit(vector(values), f"{place}: axis")), ZERO)
 
 
 def _limits(element: _Element, kind: str, place: str) -> tuple[float, float] | None:
@@ -314,7 +306,7 @@ def _closures(
         point = _triple(closure.get("point"), f"{where}.point")
         R, kind = IDENTITY, "spherical"
         if closure.get("axis") is not None:
-            axis = unit_vector(_triple(closure["axis"], f"{where}.axis"), f"{where}.axis")
+            axis = unit(_triple(closure["axis"], f"{where}.axis"), f"{where}.axis")
             R, kind = about(axis), "revolute"
         F, M = (then(inverse(poses[name]), Placement(R, vector(point))) for name in ends)
         loops.append(Link(f"loop{k + 1}", kind, ends[0], ends[1], F, M))

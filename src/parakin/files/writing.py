@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from parakin.errors import InputError, nearest, reason
+from parakin.errors import InputError, nearest, not_installed, reason
 
 
 def check_suffix(path: Path, suffixes: Sequence[str], needs: Mapping[str, str], extra: str) -> None:
@@ -22,9 +22,7 @@ def check_suffix(path: Path, suffixes: Sequence[str], needs: Mapping[str, str], 
         raise InputError(str(path), found, nearest(path.suffix, suffixes))
     for module, library in needs.items():
         if importlib.util.find_spec(module) is None:
-            raise InputError(
-                str(path), f"{library} not installed", f"pip install 'parakin[{extra}]'"
-            )
+            raise not_installed(str(path), library, extra)
 
 
 def check_writable(path: Path) -> None:

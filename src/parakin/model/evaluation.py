@@ -11,7 +11,7 @@ from parakin.model.expressions import ANGLE, LENGTH, Dimension, Parameters
 from parakin.model.graph import Graph
 from parakin.model.joints import PAIRS, THETA, Z_TURN, Coordinate, GraphJoint, Pair
 from parakin.model.mechanism import MAX_JOINTS, Joint, Mechanism, Platform
-from parakin.model.placement import AXES, HERE, Placement, placement_of, vector_of
+from parakin.model.placement import AXES, HERE, Placement, evaluated, placement_of
 
 _UNLIMITED = (-math.inf, math.inf)
 
@@ -68,7 +68,7 @@ def _points(
     return {
         f"{body.name}.{point}": (
             bodies[body.name],
-            vector_of(triple, parameters, f"{place}.{body.name}.points.{point}", LENGTH),
+            evaluated(triple, parameters, f"{place}.{body.name}.points.{point}", LENGTH),
         )
         for body in mechanism.bodies
         for point, triple in body.points.items()

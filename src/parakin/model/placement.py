@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from parakin.algebra import spatial
@@ -40,6 +40,22 @@ def inverse(a: Placement) -> Placement:
     return Placement(R, spatial.minus(ZERO, spatial.apply(R, a.p)))
 
 
+def vector(values: Iterable[float]) -> Vector:
+    """Three numbers of any kind as floats."""
+    a, b, c = (float(value) for value in values)
+    return (a, b, c)
+
+
+def about(axis: Vector) -> Matrix:
+    """The axes of a frame with z along a unit vector, x and y any two that fit."""
+    k = min(range(3), key=lambda k: abs(axis[k]))
+    x = [-axis[k] * a for a in axis]
+    x[k] += 1.0
+    size = spatial.dot(vector(x), vector(x)) ** 0.5
+    x_axis = vector(a / size for a in x)
+    return spatial.transpose((x_axis, spatial.cross(axis, x_axis), axis))
+
+
 def unit(a: Vector, place: str) -> Vector:
     """`a` scaled to length one. Raises InputError, naming `place`, if it is zero."""
     norm = math.hypot(*a)
@@ -64,7 +80,7 @@ def placement_of(frame: Frame, parameters: Parameters, place: str) -> Placement:
 
     Raises InputError on expressions that fail, and on axes that are zero or parallel.
     """
-    p = vector_of(frame.at, parameters, f"{place}.at", LENGTH)
+    p = evaluated(frame.at, parameters, f"{place}.at", LENGTH)
     if frame.axis is None and frame.x is None:
         R = IDENTITY
         for number, (axis, angle) in enumerate(frame.turns):
@@ -74,9 +90,9 @@ def placement_of(frame: Frame, parameters: Parameters, place: str) -> Placement:
     if frame.turns:
         raise InputError(f"{place}.turns", "turns beside an axis", "either turns or an axis")
     along = frame.axis if frame.axis is not None else (0.0, 0.0, 1.0)
-    z = unit(vector_of(along, parameters, f"{place}.axis", LENGTH), f"{place}.axis")
+    z = unit(evaluated(along, parameters, f"{place}.axis", LENGTH), f"{place}.axis")
     if frame.x is not None:
-        x = unit(vector_of(frame.x, parameters, f"{place}.x", LENGTH), f"{place}.x")
+        x = unit(evaluated(frame.x, parameters, f"{place}.x", LENGTH), f"{place}.x")
         if abs(spatial.dot(x, z)) > _PARALLEL:
             raise InputError(f"{place}.x", f"{list(frame.x)} along the axis", "another direction")
     else:
@@ -86,7 +102,7 @@ def placement_of(frame: Frame, parameters: Parameters, place: str) -> Placement:
     return Placement(snapped(spatial.transpose((x, y, z))), p)
 
 
-def vector_of(
+def evaluated(
     triple: Sequence[float | int | str], parameters: Parameters, place: str, dimension: Dimension
 ) -> Vector:
     """Three expressions in numbers. Raises InputError on one that fails."""

@@ -15,7 +15,8 @@ import numpy as np
 
 from parakin.arrays import FloatArray
 from parakin.errors import InputError, ParakinError
-from parakin.files.reading import catalogue, load, read_bytes
+from parakin.files.parsing import read_bytes
+from parakin.files.reading import catalogue, load
 from parakin.files.writing import check_suffix
 from parakin.model.evaluation import graph_of
 from parakin.model.expressions import Parameters, Value
