@@ -561,7 +561,7 @@ def test_a_progress_bar_comes_only_when_it_takes_long(
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("TERM", "xterm-256color")
     assert "solving" not in run(*SOLVE, "--rate", "10")[2]
-    monkeypatch.setattr("parakin.cli.main._PATIENCE", -1.0)
+    monkeypatch.setattr("parakin.cli.run._PATIENCE", -1.0)
     assert "solving" in run(*SOLVE, "--rate", "10")[2]
     monkeypatch.delenv("FORCE_COLOR")
     assert "solving" not in run(*SOLVE, "--rate", "10")[2]
