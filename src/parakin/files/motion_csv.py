@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parakin.arrays import ORDERS
+from parakin.arrays import ORDERS, FloatArray
 from parakin.errors import InputError, nearest, reason
 from parakin.model.expressions import TIME, Dimension, Parameters
 from parakin.motion.motion import Motion
@@ -62,36 +62,19 @@ def read_motion_csv(
     delimiter = max(",;\t", key=header.count)
     headers = _cells(header, delimiter, f"{path}, header")
     columns = _columns(headers, dimensions, str(path))
-    wanted = [columns["time", ""]]
     quantities = [q for q in ORDERS if _complete(columns, q, dimensions, str(path))]
+    wanted = [columns["time", ""]]
     wanted += [columns[name, quantity] for quantity in quantities for name in dimensions]
-
-    first = next(lines, None)
-    if first is None:
-        raise InputError(str(path), "only a header", "samples below it")
-    rows = _rows(itertools.chain([first], lines), delimiter, len(headers), str(path))
-    used = [column.at for column in wanted]
-    try:
-        table = np.loadtxt(
-            rows, delimiter=delimiter, usecols=used, comments=None, quotechar='"', ndmin=2
-        )
-    except ValueError as error:
-        _refuse_cell(path, delimiter, wanted)
-        raise InputError(str(path), str(error), "numbers") from None
-    if not np.isfinite(table).all():
-        _refuse_cell(path, delimiter, wanted)
-    table *= [column.factor for column in wanted]
+    table = _table(path, lines, delimiter, len(headers), wanted)
     time, values = table[:, 0], table[:, 1:].T.reshape(len(quantities), len(dimensions), -1)
     given = dict(zip(quantities, values, strict=True))
-    rates = (given.get(quantity) for quantity in ORDERS[1:])
-    names = tuple(dimensions)
     try:
         return from_arrays(
             path.stem,
-            names,
+            tuple(dimensions),
             time,
             given["position"],
-            *rates,
+            *(given.get(quantity) for quantity in ORDERS[1:]),
             smoothing=smoothing,
             max_gap=max_gap,
         )
@@ -121,6 +104,32 @@ def _cells(line: str, delimiter: str, place: str) -> list[str]:
         return [cell.strip() for cell in next(csv.reader([line.strip("\n")], delimiter=delimiter))]
     except csv.Error as error:  # a cell of more than 131072 characters, a null character
         raise InputError(place, str(error), "cells of text or numbers") from None
+
+
+def _table(
+    path: Path,
+    lines: Iterator[tuple[int, str]],
+    delimiter: str,
+    width: int,
+    wanted: Sequence[_Column],
+) -> FloatArray:
+    """The numbers in the wanted columns, SI, a row per sample."""
+    first = next(lines, None)
+    if first is None:
+        raise InputError(str(path), "only a header", "samples below it")
+    rows = _rows(itertools.chain([first], lines), delimiter, width, str(path))
+    used = [column.at for column in wanted]
+    try:
+        table = np.loadtxt(
+            rows, delimiter=delimiter, usecols=used, comments=None, quotechar='"', ndmin=2
+        )
+    except ValueError as error:
+        _refuse_cell(path, delimiter, wanted)
+        raise InputError(str(path), str(error), "numbers") from None
+    if not np.isfinite(table).all():
+        _refuse_cell(path, delimiter, wanted)
+    table *= [column.factor for column in wanted]
+    return table
 
 
 def _rows(

@@ -10,6 +10,7 @@ from pydantic import Field
 from parakin.errors import InputError, nearest
 from parakin.model.expressions import ANGLE, FREQUENCY, TIME, Dimension, Parameters, Value
 from parakin.model.validation import Table, validated
+from parakin.motion.checks import SLACK, refuse_unless_positive
 from parakin.motion.laws import (
     Law,
     chirp,
@@ -22,7 +23,7 @@ from parakin.motion.laws import (
     sines,
     waypoints,
 )
-from parakin.motion.motion import SLACK, Motion, refuse_unless_positive
+from parakin.motion.motion import Motion
 
 
 class _Constant(Table):
