@@ -19,8 +19,8 @@ import atheris
 with atheris.instrument_imports(include=["parakin"]):
     import parakin
     from parakin.exports.export import export
+    from parakin.files.datasets import write
     from parakin.files.reading import load_motion
-    from parakin.files.tables import write
     from parakin.model.evaluation import graph_of
 
 LINKAGE = "four-bar"  # whose motions are read, and whose URDF the YAML is read beside

@@ -141,9 +141,9 @@ def save(result: xr.Dataset | Iterable[xr.Dataset], path: str | Path) -> None:
     """
     import xarray as xr
 
-    from parakin.files import tables
+    from parakin.files import datasets
 
-    tables.write([result] if isinstance(result, xr.Dataset) else result, Path(path))
+    datasets.write([result] if isinstance(result, xr.Dataset) else result, Path(path))
 
 
 def record(mechanism: str | Path, motion: str, path: str | Path) -> None:

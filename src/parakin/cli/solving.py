@@ -16,7 +16,7 @@ from parakin.cli.inputs import check_outputs, load_mechanism
 from parakin.cli.run import Run
 from parakin.cli.streams import WIDE, console, flushed_stdout, say
 from parakin.errors import InputError
-from parakin.files import tables
+from parakin.files import datasets
 from parakin.motion.motion import Motion
 from parakin.solving.compiler import compile as compile_mechanism
 from parakin.solving.solver import Solver
@@ -62,7 +62,7 @@ def _checked_outputs(options: argparse.Namespace) -> list[Path]:
     paths = []
     if options.output not in (None, "-"):
         paths.append(Path(options.output))
-        tables.check_output(paths[0])
+        datasets.check_output(paths[0])
     if options.plot is not None:
         plots.check_figure(options.plot)
         paths.append(options.plot)
@@ -88,9 +88,9 @@ def _write_result(windows: Iterator[xr.Dataset], options: argparse.Namespace) ->
         windows = (window.drop_dims(["body", "axis", "quaternion"]) for window in windows)
     if options.output == "-":
         with flushed_stdout():
-            tables.write_csv(windows, sys.stdout)
+            datasets.write_csv(windows, sys.stdout)
     elif options.output is not None:
-        tables.write(windows, Path(options.output))
+        datasets.write(windows, Path(options.output))
     else:
         for _ in windows:
             pass

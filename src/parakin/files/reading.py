@@ -10,11 +10,11 @@ from typing import Any
 
 from parakin.errors import InputError, nearest
 from parakin.files.motion_csv import read_motion_csv
-from parakin.files.motion_table import from_table
+from parakin.files.motion_toml import motion_from_table
 from parakin.files.parsing import parse_toml, parse_xml, parse_yaml, read_text
 from parakin.model.expressions import Parameters, Value
 from parakin.model.graph import Graph
-from parakin.model.limbs import spelt_out
+from parakin.model.limbs import expand_limbs
 from parakin.model.mechanism import Body, Joint, Mechanism, Platform
 from parakin.model.validation import AnyModel, validated
 from parakin.motion.motion import Motion
@@ -107,7 +107,7 @@ def expanded(
     if _is_xml(mechanism):
         return tomli_w.dumps(_as_table(load(mechanism, parameters, loops)))
     table, origin = _tables(mechanism)
-    table = spelt_out(table, origin)
+    table = expand_limbs(table, origin)
     if parameters:
         table["parameters"] = {**table.get("parameters", {}), **parameters}
     return tomli_w.dumps(table)
@@ -168,7 +168,7 @@ def mechanism_from_table(table: Mapping[str, Any], origin: str) -> Mechanism:
 
     Raises InputError.
     """
-    data = spelt_out(table, origin)
+    data = expand_limbs(table, origin)
     for key in ("bodies", "joints"):
         if key not in data:
             raise InputError(origin, f"no table [{key}]", f"[{key}.NAME] tables")
@@ -259,4 +259,4 @@ def load_motion(
         if given is not None:
             raise InputError(place, f"{option} for a motion given by laws", "recorded data")
     parameters = Parameters(mechanism.parameters, mechanism.where)
-    return from_table(table, name, parameters, driven, dimensions, place, rate=rate)
+    return motion_from_table(table, name, parameters, driven, dimensions, place, rate=rate)

@@ -28,7 +28,7 @@ def check_suffix(path: Path, suffixes: Sequence[str], needs: Mapping[str, str], 
 def check_writable(path: Path) -> None:
     """Raises InputError where `path` cannot be written, before anything is computed for it."""
     target = _target(path)
-    with _told(path), tempfile.TemporaryFile(dir=target.parent):
+    with _as_input_error(path), tempfile.TemporaryFile(dir=target.parent):
         pass
 
 
@@ -39,7 +39,7 @@ def replacing(path: Path) -> Iterator[Path]:
     A link is followed. Raises InputError where it cannot be written.
     """
     target = _target(path)
-    with _told(path):
+    with _as_input_error(path):
         handle, name = tempfile.mkstemp(
             dir=target.parent, prefix=f".{target.stem[:100]}-", suffix=target.suffix
         )
@@ -56,7 +56,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _as_input_error(path: Path) -> Iterator[None]:
     """What the system says against `path`, as InputError."""
     try:
         yield
@@ -67,7 +67,7 @@ def _told(path: Path) -> Iterator[None]:
 def _target(path: Path) -> Path:
     """The file that `path` or the link there stands for. Raises InputError if it is none."""
     try:
-        with _told(path):
+        with _as_input_error(path):
             target = path.resolve()
             if target.is_dir():
                 raise InputError(str(path), "a folder", "a file to write")

@@ -109,7 +109,7 @@ class Joint(Table):
     which of several coordinates a motor moves: (2,) is the second.
     """
 
-    unsaid = frozenset({"name"})
+    set_by_reader = frozenset({"name"})
 
     name: Name
     kind: Kind
@@ -135,7 +135,7 @@ class BodyMesh(Table):
 class Body(Table):
     """A rigid body and points on it, in its own frame, and its shape for pictures."""
 
-    unsaid = frozenset({"name"})
+    set_by_reader = frozenset({"name"})
 
     name: Name
     points: Mapping[Name, Triple] = {}
@@ -162,7 +162,7 @@ class Mechanism(Table):
     Raises InputError on names that do not exist, duplicates and disconnected bodies.
     """
 
-    unsaid = frozenset({"origin"})
+    set_by_reader = frozenset({"origin"})
 
     name: MechanismName
     title: str = ""
