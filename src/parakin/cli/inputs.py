@@ -47,4 +47,4 @@ def _refuse_input(path: Path, read: Sequence[str | None]) -> None:
         if name is None or not os.path.exists(path) or not os.path.exists(name):
             continue
         if os.path.samefile(path, name):
-            raise InputError(str(path), "a file that is read", "another one to write")
+            raise InputError(str(path), "a file that the command reads", "another file to write")

@@ -31,7 +31,9 @@ def flushed_stdout() -> Iterator[None]:
             os.dup2(nothing.fileno(), sys.stdout.fileno())
         if isinstance(error, BrokenPipeError):
             raise
-        raise InputError("standard output", reason(error), "a stream that takes it all") from None
+        raise InputError(
+            "standard output", reason(error), "a stream that accepts all output"
+        ) from None
 
 
 def console(*, stderr: bool = False, width: int | None = None) -> Console:

@@ -39,7 +39,9 @@ def export(mechanism: Mechanism, path: Path, driven: Sequence[str] | None = None
     paths = check_export(path)
     suffix = path.suffix.lower()
     if driven is not None and suffix != ".c":
-        raise InputError("--driven", f"a choice for {suffix}", "one for .c: models solve for any")
+        raise InputError(
+            "--driven", f"a choice for {suffix}", "one for .c; models can be solved for any"
+        )
     texts: tuple[str, ...]
     if suffix == ".c":
         from parakin.exports.c99.code import c_code

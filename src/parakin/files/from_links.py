@@ -36,7 +36,9 @@ def mechanism_of(
     moving, owner = rigid(base, [*screwed(links, screws, origin), *closing], origin)
     joints, pose = posed(base, gathered(moving, {base}))
     if not joints:
-        raise InputError(origin, "no joints that move", "a hinge, a slide or the like")
+        raise InputError(
+            origin, "no joints that move", "at least one hinge, slide or other moving joint"
+        )
     names = _body_names(base, bodies, [*joints, *([pose] if pose else [])], owner)
     used: dict[str, str] = {}
     titled = [(link, _fit(link.name, used)) for link in joints]

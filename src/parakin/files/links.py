@@ -74,7 +74,7 @@ def screwed(links: Sequence[Link], screws: Sequence[Link], origin: str) -> list[
             raise InputError(
                 f"{origin}: {screw.name}",
                 f"{slide.name!r} following {hinge.name!r}",
-                "a slide along the axis of the hinge beside it, as of a screw",
+                "a slide along the axis of the hinge it is coupled to, as in a screw",
             )
         whole = replace(
             hinge,
@@ -115,7 +115,9 @@ def rigid(
             )
             if max(apart, turned) > _APART:
                 raise InputError(
-                    f"{origin}: {link.name}", "links already rigid, welded elsewhere", "a loop"
+                    f"{origin}: {link.name}",
+                    "links that are already rigid, welded in another place",
+                    "a loop",
                 )
             continue
         if b == base or (a != base and joined[b] > joined[a]):  # the larger body keeps its name

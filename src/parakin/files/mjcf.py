@@ -78,7 +78,7 @@ def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
             model = spec.compile()
     except (ValueError, RuntimeError) as error:
         reason = " ".join(str(error).split())
-        raise InputError(origin, f"what MuJoCo refuses: {reason}", "a MuJoCo model") from None
+        raise InputError(origin, f"a model that MuJoCo refuses: {reason}", "a valid one") from None
     read = _Model(mujoco, model, origin)
     pose = _home(root, model)
     actuated = _actuated(root)
@@ -270,8 +270,8 @@ class _Model:
         if kinds != [self.mujoco.mjtJoint.mjJNT_SLIDE, self.mujoco.mjtJoint.mjJNT_HINGE]:
             raise InputError(
                 f"{self.origin}: equality {name!r}",
-                "joints that are coupled",
-                "connect, weld, or a slide that advances with a hinge: parakin knows no gears",
+                "coupled joints",
+                "connect, weld, or a slide that advances with a hinge: gears are not supported",
             )
         return Link(name, "screw", self.joint(second), self.joint(first), pitch=ratio)
 

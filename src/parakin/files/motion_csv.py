@@ -87,7 +87,7 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
     try:
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):
-            raise InputError(str(path), "a directory or device", "a CSV file")
+            raise InputError(str(path), "a folder or special file", "a CSV file")
         if status.st_size > MAX_BYTES:
             raise InputError(str(path), f"{status.st_size} bytes", f"at most {MAX_BYTES}")
         with path.open(encoding="utf-8-sig") as file:
@@ -159,7 +159,7 @@ def _columns(
         where = f"{place}, column {index + 1}"
         if (coordinate, quantity) in columns:
             twice = columns[coordinate, quantity].header
-            raise InputError(where, f"{header!r} after {twice!r}", "one column for each")
+            raise InputError(where, f"{header!r} after {twice!r}", "one column each")
         factor = 1.0
         if coordinate in dimensions or name == "time":
             length, time, angle = TIME if name == "time" else dimensions[coordinate]
@@ -192,7 +192,7 @@ def _complete(
     lacking = [name for name in dimensions if (name, quantity) not in columns]
     if 0 < len(lacking) < len(dimensions):
         found = f"columns of {quantity}, but none for {lacking[0]!r}"
-        raise InputError(place, found, "them for all driven coordinates or for none")
+        raise InputError(place, found, "columns for all driven coordinates or for none")
     return not lacking
 
 

@@ -19,7 +19,7 @@ _MAX_DIGITS = 1000
 _MAX_BITS = 10_000  # of whole numbers; Python writes them out, in a message, up to some 14,000
 _TOML_TEXT = re.compile(r"""\"(?:[^"\\\n]|\\.)*+"?|'[^'\n]*+'?""")
 _LONG_KEY = re.compile(r"(?:\.[ \t]*[\w-]++[ \t]*+){100}")  # a.b.c...: tomllib takes its square
-_TOO_DEEP = (f"lists or tables more than {_MAX_DEPTH} deep", "fewer inside one another")
+_TOO_DEEP = (f"lists or tables more than {_MAX_DEPTH} deep", f"at most {_MAX_DEPTH} levels")
 
 
 def read_text(path: Path) -> str:
@@ -31,7 +31,7 @@ def read_text(path: Path) -> str:
         found = f"byte 0x{data[error.start]:02x}, which is not UTF-8"
         raise InputError(f"{path}, byte {error.start}", found, "a text file in UTF-8") from None
     if not text.strip():
-        raise InputError(str(path), "an empty file", "a TOML file")
+        raise InputError(str(path), "an empty file", "a file with text")
     return text
 
 

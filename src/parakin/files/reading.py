@@ -56,7 +56,9 @@ def load(
     if _is_xml(mechanism):
         made = _from_xml(Path(mechanism), None if loops is None else Path(loops))
     elif loops is not None:
-        raise InputError(str(mechanism), "a file of loops beside it", "a URDF, if loops are apart")
+        raise InputError(
+            str(mechanism), "a separate file of loops", "a URDF; other files contain their loops"
+        )
     else:
         table, origin = _tables(mechanism)
         made = mechanism_from_table(table, origin)
@@ -82,14 +84,16 @@ def _from_xml(path: Path, loops: Path | None) -> Mechanism:
         from parakin.files.mjcf import mechanism_from_mjcf
 
         if loops is not None:
-            raise InputError(str(path), "a file of loops beside it", "a URDF, if loops are apart")
+            raise InputError(
+                str(path), "a separate file of loops", "a URDF; other files contain their loops"
+            )
         return mechanism_from_mjcf(root, str(path))
     if root.tag == "robot":
         from parakin.files.urdf import mechanism_from_urdf
 
         told = None if loops is None else parse_yaml(read_text(loops), str(loops))
         return mechanism_from_urdf(root, str(path), told, str(loops))
-    raise InputError(str(path), f"<{root.tag}>", "<mujoco> or <robot>, that is MJCF or URDF")
+    raise InputError(str(path), f"<{root.tag}>", "<mujoco> (MJCF) or <robot> (URDF)")
 
 
 def expanded(
@@ -191,7 +195,9 @@ def _listed(model: type[AnyModel], tables: object, place: str) -> tuple[AnyModel
     for name, table in _table(tables, place).items():
         inner = _table(table, f"{place}.{name}")
         if "name" in inner:
-            raise InputError(f"{place}.{name}", "a key 'name'", "the table's own name to be it")
+            raise InputError(
+                f"{place}.{name}", "a key 'name'", "none: the name of the table is used"
+            )
         made.append(validated(model, {"name": name, **inner}, f"{place}.{name}"))
     return tuple(made)
 
@@ -233,8 +239,8 @@ def load_motion(
     """A motion of the mechanism by name, or from a TOML or CSV file by path.
 
     driven: home position of each driven coordinate. rate: samples per second, of motions given
-    by laws. smoothing: standard deviation of the noise of recorded positions, SI. max_gap: the
-    longest step allowed in recorded data [s]. Raises InputError.
+    by laws. smoothing: standard deviation of the noise of sampled positions, SI. max_gap: the
+    longest step allowed between samples [s]. Raises InputError.
     """
     mechanism = graph.mechanism
     dimensions = {name: graph.dimension(graph.index(name, "driven")) for name in driven}
@@ -253,10 +259,14 @@ def load_motion(
         place = f"{path}: motion"
     else:
         if rate is not None:
-            raise InputError(str(path), "a rate for recorded data", "no rate: it has its own times")
+            raise InputError(
+                str(path),
+                "a rate for a motion given by samples",
+                "no rate: samples have their own times",
+            )
         return read_motion_csv(path, dimensions, smoothing=smoothing, max_gap=max_gap)
     for option, given in (("smoothing", smoothing), ("max_gap", max_gap)):
         if given is not None:
-            raise InputError(place, f"{option} for a motion given by laws", "recorded data")
+            raise InputError(place, f"{option} for a motion given by laws", "one given by samples")
     parameters = Parameters(mechanism.parameters, mechanism.where)
     return motion_from_table(table, name, parameters, driven, dimensions, place, rate=rate)

@@ -39,8 +39,8 @@ _KINDS = {
 _FREEDOMS = {"revolute": 1, "prismatic": 1, "free": 6, "planar": 3, "spherical": 3, "universal": 2}
 _UNBOUNDED = 1000.0  # [m]: what URDF has to say for "no limit" of a slide
 _TREE = (
-    "Read from URDF, which tells no loops: an open tree. If the robot has loops, name the file "
-    "that tells them: --loops FILE."
+    "Read from a URDF without loops: an open tree. If the robot has loops, name the file that "
+    "specifies them: --loops FILE."
 )
 
 
@@ -85,7 +85,7 @@ def _base(names: Sequence[str], links: Sequence[Link], origin: str) -> str:
     children = [link.child for link in links]
     twice = next((name for name in children if children.count(name) > 1), None)
     if twice is not None:
-        expected = "one; loops are told by <loop>, <loop_joint> or a file of their own"
+        expected = "one; loops are specified by <loop>, <loop_joint> or a separate file"
         raise InputError(f"{origin}: link {twice!r}", "two parents", expected)
     roots = [name for name in names if name not in children]
     if len(roots) != 1:
@@ -128,8 +128,7 @@ def _joints(
             raise InputError(
                 f"{origin}: joint {screw.name!r}",
                 f"a joint that mimics {screw.parent!r}",
-                "joints that move on their own, slides of screws, or loops instead: "
-                "parakin knows no gears",
+                "independent joints, slides of screws, or loops instead: gears are not supported",
             )
     return links, screws
 
@@ -195,7 +194,7 @@ def _loops(root: _Element, names: Sequence[str], origin: str) -> list[Link]:
         name = _name(element, origin)
         place = f"{origin}, line {element.sourceline}: loop {name!r}"
         if element.tag == "coupling":
-            raise InputError(place, "a <coupling>", "loops: parakin knows no gears")
+            raise InputError(place, "a <coupling>", "loops: gears are not supported")
         kind = _kind(element, place)
         sides: list[_Element | None]
         if element.tag == "loop":

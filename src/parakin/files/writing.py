@@ -72,7 +72,7 @@ def _target(path: Path) -> Path:
             if target.is_dir():
                 raise InputError(str(path), "a folder", "a file to write")
             if target.exists() and not target.is_file():
-                raise InputError(str(path), "a device or the like", "a file to write")
+                raise InputError(str(path), "a special file, such as a device", "a file to write")
             return target
     except (ValueError, RuntimeError) as error:  # a null character, a loop of links
         raise InputError(repr(str(path)), str(error), "a path") from None

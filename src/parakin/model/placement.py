@@ -88,7 +88,7 @@ def placement_of(frame: Frame, parameters: Parameters, place: str) -> Placement:
             R = spatial.turned(R, AXES[axis], math.cos(q), math.sin(q))
         return Placement(snapped(R), p)
     if frame.turns:
-        raise InputError(f"{place}.turns", "turns beside an axis", "either turns or an axis")
+        raise InputError(f"{place}.turns", "both turns and an axis", "one of them")
     along = frame.axis if frame.axis is not None else (0.0, 0.0, 1.0)
     z = unit(evaluated(along, parameters, f"{place}.axis", LENGTH), f"{place}.axis")
     if frame.x is not None:
