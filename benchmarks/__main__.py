@@ -24,7 +24,7 @@ from rich.table import Table
 import parakin
 from benchmarks.baselines import COORDINATES, build_c_strokes, solve_motion_scipy
 from benchmarks.timing import best, machine, median
-from parakin.files.tables import write
+from parakin.files.datasets import write
 
 BATCH, MILLION = 1_000, 1_000_000
 

@@ -18,10 +18,10 @@ import atheris
 
 with atheris.instrument_imports(include=["parakin"]):
     import parakin
-    from parakin.exports.suffixes import export
+    from parakin.exports.export import export
+    from parakin.files.datasets import write
     from parakin.files.reading import load_motion
-    from parakin.files.tables import write
-    from parakin.model.graph import graph_of
+    from parakin.model.evaluation import graph_of
 
 LINKAGE = "four-bar"  # whose motions are read, and whose URDF the YAML is read beside
 WORDS = """

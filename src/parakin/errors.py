@@ -52,6 +52,11 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return f"one of: {', '.join(names[:_NAMES])}{', ...' if len(names) > _NAMES else ''}{hint}"
 
 
+def not_installed(place: str, library: str, extra: str = "exchange") -> InputError:
+    """Of a library that is missing; `extra` is the one of parakin's that installs it."""
+    return InputError(place, f"{library} is not installed", f"pip install 'parakin[{extra}]'")
+
+
 def reason(error: Exception) -> str:
     """What the system says, in small letters and without its number; other errors' own words."""
     if not isinstance(error, OSError):

@@ -31,7 +31,7 @@ def check(mechanism: Mechanism | str | Path) -> Mobility:
     """
     from parakin.analysis.mobility import mobility
     from parakin.kinematics.assembly import assembled
-    from parakin.model.graph import graph_of
+    from parakin.model.evaluation import graph_of
 
     graph = graph_of(_given(mechanism))
     return mobility(graph, assembled(graph), len(graph.mechanism.driven))
@@ -41,7 +41,7 @@ def draw(mechanism: Mechanism | str | Path, path: str | Path | None = None) -> F
     """The kinematic scheme at home, in the symbols of ISO 3952; written to `path`, if given, as
     .svg, .pdf or .png. Raises InputError, AssemblyError.
     """
-    from parakin.model.graph import graph_of
+    from parakin.model.evaluation import graph_of
     from parakin.views.scheme import scheme
 
     if path is not None:
@@ -130,7 +130,7 @@ def export(
     driven: what the C code solves for, the mechanism's own choice if not given.
     Raises InputError, AssemblyError, DrivenError.
     """
-    from parakin.exports.suffixes import export as exported
+    from parakin.exports.export import export as exported
 
     return exported(_given(mechanism), Path(path), driven)
 
@@ -141,9 +141,9 @@ def save(result: xr.Dataset | Iterable[xr.Dataset], path: str | Path) -> None:
     """
     import xarray as xr
 
-    from parakin.files import tables
+    from parakin.files import datasets
 
-    tables.write([result] if isinstance(result, xr.Dataset) else result, Path(path))
+    datasets.write([result] if isinstance(result, xr.Dataset) else result, Path(path))
 
 
 def record(mechanism: str | Path, motion: str, path: str | Path) -> None:

@@ -8,7 +8,7 @@ import parakin
 from parakin import Body, Frame, Joint, Mechanism
 from parakin.analysis.mobility import Mobility, mobility
 from parakin.kinematics.assembly import assembled
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 
 
 def found(mechanism: Mechanism) -> Mobility:

@@ -19,7 +19,7 @@ import parakin
 from parakin import Status
 from parakin.arrays import ORDERS
 from parakin.cli.main import main
-from parakin.files import tables
+from parakin.files import datasets
 from parakin.files.reading import catalogue
 from parakin.views import plots
 
@@ -235,7 +235,7 @@ def test_csv_has_the_columns_told_and_every_bit(
     assert header == ["time", *coordinates, "status", "residual"]
     for name in ("A2", "B3", "C3", "platform.x", "platform.y", "platform.phi", "platform.psi"):
         assert name in solver.coordinates
-    expected = tables.frame(general.drop_dims("body")).to_numpy(dtype=float)
+    expected = datasets.frame(general.drop_dims("body")).to_numpy(dtype=float)
     assert values.tobytes() == expected.tobytes()
     np.testing.assert_array_equal(values[:, 0], general["time"])
     for order in ORDERS[:3]:
@@ -260,7 +260,7 @@ def test_jerk_on_request(run: Parakin) -> None:
 def test_jerk_is_refused_where_the_motion_has_none(run: Parakin, general: xr.Dataset) -> None:
     names = ["platform.x", "platform.y", "platform.phi"]
     with open("drive.csv", "w") as file:
-        tables.write_csv([general.drop_dims("body").sel(coordinate=names)], file)
+        datasets.write_csv([general.drop_dims("body").sel(coordinate=names)], file)
     assert run("solve", "flight-simulator", "drive.csv", "-o", "out.csv")[0] == 0
     code, _, err = run("solve", "flight-simulator", "drive.csv", "-o", "jerk.csv", "--jerk")
     assert code == 2
@@ -275,7 +275,7 @@ def test_minus_is_csv_on_stdout_and_all_else_on_stderr(run: Parakin, general: xr
     header, values = read_csv(out)
     assert header[0] == "time"
     assert values.shape == (3001, len(header))
-    assert values.tobytes() == tables.frame(general.drop_dims("body")).to_numpy(float).tobytes()
+    assert values.tobytes() == datasets.frame(general.drop_dims("body")).to_numpy(float).tobytes()
     assert err.startswith("flight-simulator, general: ")
     assert "worst residual" in err
 
@@ -297,7 +297,7 @@ def test_parquet_holds_the_same_table_as_csv(run: Parakin, general: xr.Dataset) 
 
     assert run(*SOLVE, "-o", "general.parquet", "--bodies")[0] == 0
     pd.testing.assert_frame_equal(
-        pd.read_parquet("general.parquet"), tables.frame(general), check_exact=True
+        pd.read_parquet("general.parquet"), datasets.frame(general), check_exact=True
     )
 
 
@@ -335,8 +335,8 @@ def test_windows_are_written_as_one_result(
     motion = solver.motion("general")
     windows = list(solver.stream(motion, 700, bodies=True))
     assert [ds.sizes["time"] for ds in windows] == [700, 700, 700, 700, 201]
-    tables.write(windows, here / f"windows{suffix}")
-    tables.write([xr.concat(windows, "time", data_vars="minimal")], here / f"whole{suffix}")
+    datasets.write(windows, here / f"windows{suffix}")
+    datasets.write([xr.concat(windows, "time", data_vars="minimal")], here / f"whole{suffix}")
     if suffix == ".csv":
         assert (here / "windows.csv").read_bytes() == (here / "whole.csv").read_bytes()
         assert (here / "windows.csv").read_text().count("time") == 1
@@ -561,7 +561,7 @@ def test_a_progress_bar_comes_only_when_it_takes_long(
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("TERM", "xterm-256color")
     assert "solving" not in run(*SOLVE, "--rate", "10")[2]
-    monkeypatch.setattr("parakin.cli.main._PATIENCE", -1.0)
+    monkeypatch.setattr("parakin.cli.run._PATIENCE", -1.0)
     assert "solving" in run(*SOLVE, "--rate", "10")[2]
     monkeypatch.delenv("FORCE_COLOR")
     assert "solving" not in run(*SOLVE, "--rate", "10")[2]
@@ -575,7 +575,7 @@ def test_an_interrupt_leaves_no_file(
         next(windows)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(tables, "write_csv", interrupted)
+    monkeypatch.setattr(datasets, "write_csv", interrupted)
     code, out, err = run(*SOLVE, "--rate", "10", "-o", "stopped.csv")
     assert (code, out, err) == (130, "", "stopped\n")
     assert not list(here.iterdir())
@@ -583,4 +583,4 @@ def test_an_interrupt_leaves_no_file(
 
 def test_figures_are_known_by_the_suffixes_told() -> None:
     assert plots.SUFFIXES == (".png", ".svg", ".pdf")
-    assert tables.SUFFIXES == (".csv", ".nc", ".parquet")
+    assert datasets.SUFFIXES == (".csv", ".nc", ".parquet")

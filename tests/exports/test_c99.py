@@ -14,7 +14,7 @@ from engines import along
 
 import parakin
 from parakin import Status
-from parakin.exports import suffixes as exports
+from parakin.exports import export as exports
 from parakin.solving.status import Status as Flag
 
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")

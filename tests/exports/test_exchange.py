@@ -18,10 +18,10 @@ import parakin
 from parakin.analysis.mobility import mobility
 from parakin.cli.main import main
 from parakin.errors import AssemblyError, InputError
-from parakin.exports import suffixes as exports
+from parakin.exports import export as exports
 from parakin.files import reading as files
 from parakin.kinematics.assembly import assembled
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 from parakin.model.mechanism import Mechanism
 
 mujoco = pytest.importorskip("mujoco")
@@ -216,7 +216,7 @@ def test_frames_are_where_mujoco_has_them(tmp_path: Path) -> None:
                 data.qpos[address + 3 : address + 7] = quaternion(*q[k + 3 : k + 6])
         mujoco.mj_kinematics(model, data)
         for name in ("a", "b", "ball", "d", "free"):
-            pose = at.circuits.pose(graph.bodies.index(name))
+            pose = at.pose(graph.bodies.index(name))
             body = model.body(name).id
             np.testing.assert_allclose(pose.p, data.xpos[body], atol=1e-12)
             np.testing.assert_allclose(pose.R, data.xmat[body].reshape(3, 3), atol=1e-12)
@@ -380,7 +380,7 @@ def test_a_urdf_without_loops_says_that_it_is_a_tree(
     (tmp_path / "bars.urdf").write_text(LINKS % "")
     assert main(["check", str(tmp_path / "bars.urdf")]) == 0
     said = capsys.readouterr().out
-    assert "tells no loops: an open tree" in said
+    assert "Read from a URDF without loops: an open tree" in said
     assert "--loops FILE" in said
     assert "by rank: 3 at home" in said
 
@@ -407,20 +407,18 @@ def test_mujoco_has_the_urdf_where_we_have_it(tmp_path: Path) -> None:
             data.qpos[model.jnt_qposadr[joint]] = value
     mujoco.mj_kinematics(model, data)
     for k, name in enumerate(graph.bodies[1:], start=1):
-        np.testing.assert_allclose(
-            at.circuits.pose(k).p, data.xpos[model.body(name).id], atol=1e-12
-        )
+        np.testing.assert_allclose(at.pose(k).p, data.xpos[model.body(name).id], atol=1e-12)
 
 
 REFUSED: dict[str, tuple[str, str, str]] = {
-    "entities": ("a.xml", '<!DOCTYPE x [<!ENTITY a "b">]><mujoco>&a;</mujoco>', "entities of its"),
+    "entities": ("a.xml", '<!DOCTYPE x [<!ENTITY a "b">]><mujoco>&a;</mujoco>', "or entities"),
     "no xml": ("a.xml", "<mujoco", "a syntax error"),
-    "another": ("a.xml", "<svg/>", "expected <mujoco> or <robot>"),
+    "another": ("a.xml", "<svg/>", "expected <mujoco> (MJCF) or <robot> (URDF)"),
     "include": ("a.xml", '<mujoco><include file="b.xml"/></mujoco>', "line 1: found <include>"),
     "gear": (
         "a.xml",
         f'<mujoco>{BARS}<equality><joint joint1="A" joint2="B"/></equality></mujoco>',
-        "parakin knows no gears",
+        "gears are not supported",
     ),
     "senseless": (
         "a.xml",
@@ -439,7 +437,7 @@ REFUSED: dict[str, tuple[str, str, str]] = {
         (LINKS % "")
         .replace('<joint name="D"', '<joint name="D" ')
         .replace('<origin xyz="0.1 0 0" rpy="0 0 0"/>', '<mimic joint="A"/>'),
-        "knows no gears",
+        "gears are not supported",
     ),
     "unknown link": (
         "a.urdf",
@@ -449,7 +447,7 @@ REFUSED: dict[str, tuple[str, str, str]] = {
     "two parents": (
         "a.urdf",
         (LINKS % "").replace('<child link="end"', '<child link="tip"'),
-        "two parents; expected one; loops are told by",
+        "two parents; expected one; loops are specified by",
     ),
     "coupling": ("a.urdf", LINKS % '<coupling name="c"/>', "line 14: loop 'c'"),
 }
@@ -498,9 +496,9 @@ def test_files_of_loops_that_mean_nothing_are_refused(told: str, tmp_path: Path)
         (("delta", "model.txt"), "'.txt'; expected .xml (MJCF), .urdf or .c"),
         (("delta", "model"), "no suffix"),
         (("delta", "no/model.xml"), "no such file or directory"),
-        (("delta", "model.xml", "--driven", "A1"), "models solve for any"),
+        (("delta", "model.xml", "--driven", "A1"), "models can be solved for any"),
         (("delta", "model.c", "--driven", "A9"), "unknown coordinate 'A9'"),
-        (("delta", "model.xml", "--loops", "a.yaml"), "a URDF, if loops are apart"),
+        (("delta", "model.xml", "--loops", "a.yaml"), "a URDF; other files contain their loops"),
     ],
 )
 def test_exports_that_mean_nothing_are_refused(

@@ -175,13 +175,13 @@ REFUSED: list[tuple[str, str | bytes, list[str]]] = [
     (
         "twice",
         line(1, "time,x,x.position"),
-        ["drive.csv, column 3: found 'x.position' after 'x'; expected one column for each"],
+        ["drive.csv, column 3: found 'x.position' after 'x'; expected one column each"],
     ),
     ("time twice", line(1, "time,time [ms],x"), ["found 'time [ms]' after 'time'"]),
     (
         "velocity of one",
         line(1, "time,x,B1.2,x.velocity"),
-        ["found columns of velocity, but none for 'B1.2'; expected them for all driven"],
+        ["found columns of velocity, but none for 'B1.2'; expected columns for all driven"],
     ),
     (
         "velocities alone",
@@ -266,7 +266,7 @@ def test_refused(write: Write, content: str | bytes, parts: list[str]) -> None:
 def test_no_file(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"none\.csv: found no such file or directory; expected a"):
         read_motion_csv(tmp_path / "none.csv", DIMENSIONS)
-    with pytest.raises(InputError, match="found a directory or device; expected a CSV file"):
+    with pytest.raises(InputError, match="found a folder or special file; expected a CSV file"):
         read_motion_csv(tmp_path, DIMENSIONS)
     with pytest.raises(InputError, match=r"null (character|byte); expected a readable CSV file"):
         read_motion_csv("a\0b", DIMENSIONS)

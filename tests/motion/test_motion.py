@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
 
 from parakin.arrays import FloatArray
 from parakin.errors import InputError
-from parakin.files.motion_table import flatten, from_table
+from parakin.files.motion_toml import laws_by_coordinate, motion_from_table
 from parakin.model.expressions import ANGLE, LENGTH, Parameters
 from parakin.model.validation import input_error, validated
 from parakin.motion import laws
@@ -651,7 +651,7 @@ def read(
 ) -> Motion:
     table = tomllib.loads(text)["motions"]["general"]
     known = Parameters({"x_star": "50 mm", "phi_star": "20 deg", **(parameters or {})})
-    return from_table(table, "general", known, HOME, PLATFORM, "motions.general", rate)
+    return motion_from_table(table, "general", known, HOME, PLATFORM, "motions.general", rate)
 
 
 def one(law: str, coordinate: str = "platform.x") -> FloatArray:
@@ -872,7 +872,7 @@ def test_any_table_is_a_motion_or_an_input_error(law: Any, kind: str) -> None:
     if isinstance(law, dict):
         law["law"] = kind
     try:
-        drive = from_table(table, "m", Parameters({}), HOME, PLATFORM, "motions.m")
+        drive = motion_from_table(table, "m", Parameters({}), HOME, PLATFORM, "motions.m")
         assert np.isfinite(drive.samples().acceleration).all()
     except InputError as error:
         assert error.place.startswith("motion")
@@ -881,7 +881,7 @@ def test_any_table_is_a_motion_or_an_input_error(law: Any, kind: str) -> None:
 def test_flatten_keeps_law_tables_whole() -> None:
     table = {"platform": {"x": {"law": "a"}, "y": {"z": {"law": "b"}}}, "A2": {"law": "c"}, "B": 3}
     flat = {"platform.x": {"law": "a"}, "platform.y.z": {"law": "b"}, "A2": {"law": "c"}, "B": 3}
-    assert flatten(table, "laws") == flat
+    assert laws_by_coordinate(table, "laws") == flat
 
 
 # ---- the converter of pydantic's findings

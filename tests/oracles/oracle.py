@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from random_mechanisms import MOVES, UNIVERSAL, Pose
 
 import parakin
-from parakin.model.graph import GraphJoint, Placement
+from parakin.algebra.spatial import Pose as Placement
+from parakin.model.joints import GraphJoint
 from parakin.motion.laws import Law, from_laws, sines
 from parakin.motion.motion import Motion
 

@@ -24,7 +24,7 @@ import parakin
 from parakin.analysis.mobility import Mobility, mobility
 from parakin.files.reading import mechanism_from_table
 from parakin.kinematics.assembly import assembled
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 from parakin.motion.laws import constant, from_laws, polynomial345
 from parakin.solving.modes import Mode, Search
 

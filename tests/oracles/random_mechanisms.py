@@ -22,7 +22,7 @@ from parakin import Body, Frame, Joint, Mechanism
 from parakin.kinematics.assembly import assembled
 from parakin.kinematics.configuration import coordinate_scales
 from parakin.kinematics.free_motions import free_motions
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 from parakin.model.mechanism import Kind, Platform
 
 Array = NDArray[np.float64]

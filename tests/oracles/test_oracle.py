@@ -30,7 +30,7 @@ from random_mechanisms import Example, examples
 
 import parakin
 from parakin.kernel.backends import has_machine_code
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 from parakin.motion.laws import from_laws, polynomial345
 
 RIGHT = ("refused", "through", "singular", "end")

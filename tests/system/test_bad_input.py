@@ -25,7 +25,7 @@ from parakin import InputError
 from parakin.cli.main import main
 from parakin.files.reading import mechanism_from_table
 from parakin.kinematics.assembly import assembled
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 from parakin.model.mechanism import Kind
 
 LINKAGE = """
@@ -181,7 +181,7 @@ MECHANISM = [
     (
         'child = "crank"',
         'name = "A"\nchild = "crank"',
-        "joints.A: found a key 'name'; expected the",
+        "joints.A: found a key 'name'; expected none",
     ),
     (
         IN_B,
@@ -288,7 +288,7 @@ MECHANISM = [
     (
         IN_B,
         f"{{ at = [1{'0' * 400}, 0, 0] }}",
-        "at[0]: found a number beyond range; expected a fin",
+        "at[0]: found a number out of range; expected a fin",
     ),
     ('r = "0.2 m"', "r = nan", "parameters.r: found nan; expected a finite number"),
     ('r = "0.2 m"', 'r = "1e999"', "parameters.r: found '1e999': it overflows; expected a finite"),
@@ -312,23 +312,23 @@ MECHANISM = [
     (
         IN_B,
         '{ axis = [0, 0, 1], turns = [["x", 1]] }',
-        "joints.B.on_parent.turns: found turns beside an axis; expected either turns or an axis",
+        "joints.B.on_parent.turns: found both turns and an axis; expected one of them",
     ),
     # pitch and length
     (
         IN_B,
         "{}\npitch = 0.1",
-        "joints.B.pitch: found a pitch of a revolute joint; expected a pitch",
+        "joints.B.pitch: found a revolute joint with a pitch; expected a pitch",
     ),
     (
         '"revolute"',
         '"helical"',
-        "joints.A.pitch: found no pitch of a helical joint; expected a pitch",
+        "joints.A.pitch: found a helical joint without a pitch; expected a pitch",
     ),
     (
         '"revolute"',
         '"rod"',
-        "joints.A.length: found no length of a rod joint; expected a length of",
+        "joints.A.length: found a rod joint without a length; expected a length for",
     ),
     (
         '"revolute"',
@@ -463,9 +463,9 @@ def test_any_bytes_are_refused_as_a_mechanism(content: bytes) -> None:
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (b"", "bad.toml: found an empty file; expected a TOML file"),
-        (b" \n\t\n", "bad.toml: found an empty file; expected a TOML file"),
-        (b"\xef\xbb\xbf", "bad.toml: found an empty file; expected a TOML file"),
+        (b"", "bad.toml: found an empty file; expected a file with text"),
+        (b" \n\t\n", "bad.toml: found an empty file; expected a file with text"),
+        (b"\xef\xbb\xbf", "bad.toml: found an empty file; expected a file with text"),
         (b"name =", "bad.toml: found a syntax error: Invalid value (at end of document); expected"),
         (b"name = 'a'\nb", "bad.toml: found a syntax error: Expected '=' after a key"),
         (bytes(range(256)), "bad.toml, byte 128: found byte 0x80, which is not UTF-8; expected a"),
@@ -500,7 +500,7 @@ def test_a_file_that_is_no_mechanism(content: bytes, said: str, refusal: Refusal
         ("folder.toml", "folder.toml: found a folder; expected a file"),
         ("loop.toml", "loop.toml: found too many levels of symbolic links; expected a readable"),
         ("/dev/zero", "/dev/zero: found more than 1000000 bytes; expected a smaller file"),
-        ("/dev/null", "/dev/null: found an empty file; expected a TOML file"),
+        ("/dev/null", "/dev/null: found an empty file; expected a file with text"),
         ("/proc/self/mem", "/proc/self/mem: found input/output error; expected a readable file"),
     ],
 )
@@ -652,7 +652,7 @@ MOTIONS = [
     ('"2 s"', "-1", "motion.duration: found -1; expected a positive number"),
     ('duration = "2 s"', "", "motion: found no key 'duration'; expected a value for duration"),
     (MOTION, LINKAGE, "motion: found unknown key 'name'; expected one of: duration, laws, rate"),
-    (MOTION, "\n", ": found an empty file; expected a TOML file"),
+    (MOTION, "\n", ": found an empty file; expected a file with text"),
     (MOTION, "duration", ": found a syntax error: Expected '=' after a key"),
 ]
 
@@ -692,11 +692,11 @@ def test_a_motion_that_says_something_wrong(
         ),
         (
             ["motion.toml", "--max-gap", "1"],
-            "found max_gap for a motion given by laws; expected rec",
+            "found max_gap for a motion given by laws; expected one",
         ),
         (
             ["recorded.csv", "--rate", "10"],
-            "recorded.csv: found a rate for recorded data; expected",
+            "recorded.csv: found a rate for a motion given by samples; expected",
         ),
         (["recorded.csv", "--smooth", "-1"], "smoothing: found -1; expected a positive number"),
     ],
@@ -742,15 +742,24 @@ def test_a_motion_of_other_coordinates_is_refused_in_python_too() -> None:
             "linkage.toml/x.nc: found not a directory; expected a file t",
         ),
         (["-o", "folder.csv"], "folder.csv: found a folder; expected a file to write"),
-        (["-o", "full.csv"], "full.csv: found a device or the like; expected a file to write"),
+        (
+            ["-o", "full.csv"],
+            "full.csv: found a special file, such as a device; expected a file to write",
+        ),
         (["-o", "loop.csv"], "expected a"),
         (["-o", "a\0.csv"], r"'a\x00.csv': found embedded null byte; expected a path"),
         (["-o", "/proc/x.csv"], "/proc/x.csv: found"),
         (["-o", "x" * 300 + ".csv"], ".csv: found file name too long; expected a file that can be"),
         (["-o", "x.csv", "--plot", "nowhere/x.png"], "nowhere/x.png: found no such file or direct"),
         (["-o", "old.csv", "--plot", "folder.png"], "folder.png: found a folder; expected a file"),
-        (["-o", "recorded.csv"], "recorded.csv: found a file that is read; expected another one"),
-        (["-o", "link.csv"], "link.csv: found a file that is read; expected another one"),
+        (
+            ["-o", "recorded.csv"],
+            "recorded.csv: found a file that the command reads; expected another file",
+        ),
+        (
+            ["-o", "link.csv"],
+            "link.csv: found a file that the command reads; expected another file",
+        ),
     ],
 )
 def test_a_result_that_cannot_be_written(arguments: list[str], said: str, refusal: Refusal) -> None:
@@ -780,7 +789,8 @@ def test_a_library_that_is_not_installed_is_named(
     message = refusal("solve", "linkage.toml", "motion.toml", *option.split())
     file = option.split()[1]
     assert (
-        message == f"{file}: found {library} not installed; expected pip install 'parakin[{extra}]'"
+        message
+        == f"{file}: found {library} is not installed; expected pip install 'parakin[{extra}]'"
     )
 
 
@@ -962,8 +972,8 @@ def test_a_standard_output_that_takes_no_more(arguments: list[str]) -> None:
     code, err = run(*arguments, stdout="/dev/full")
     assert code == 2
     assert err == (
-        "error: standard output: found no space left on device; expected a stream that takes it "
-        "all\n"
+        "error: standard output: found no space left on device; expected a stream that accepts "
+        "all output\n"
     )
 
 

@@ -13,7 +13,7 @@ from replays import replayed
 import parakin
 from parakin.analysis.mobility import mobility
 from parakin.kinematics.assembly import assembled
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 from parakin.solving.status import Status
 
 if TYPE_CHECKING:

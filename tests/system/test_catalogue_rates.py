@@ -10,7 +10,7 @@ from jets import jet_functions
 import parakin
 from parakin.kernel.pose import trace
 from parakin.kernel.rows import Outputs
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 
 NAMES = [name for name in parakin.catalogue() if name != "flight-simulator-upu"]
 

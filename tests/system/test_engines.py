@@ -11,7 +11,7 @@ import pytest
 from engines import Moving, MujocoTwin, PinocchioTwin, along, rotation
 
 import parakin
-from parakin.exports import suffixes as exports
+from parakin.exports import export as exports
 from parakin.solving.status import Status
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from parakin import Status
 from parakin.analysis.mobility import mobility
 from parakin.files import reading as files
 from parakin.kinematics.assembly import assembled
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 from parakin.motion.laws import constant, from_laws, polynomial345
 
 SCHATZ = """

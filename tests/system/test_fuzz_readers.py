@@ -19,9 +19,9 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 import parakin
-from parakin.exports.suffixes import export
+from parakin.exports.export import export
 from parakin.files.reading import load_motion
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 
 SOON = 10.0  # seconds for any one file, on a slow machine
 NEEDED = {".xml": ("lxml", "mujoco"), ".urdf": ("lxml",), ".yaml": ("lxml", "yaml")}
@@ -295,15 +295,15 @@ CASES: dict[str, tuple[str, str | bytes, str | None]] = {
     "endless": (".xml", mjcf('<body><joint ref="inf"/></body>'), "ref: found 'inf'; expected fin"),
     "beyond doubles": (".xml", mjcf('<body euler="1e999 0 0"/>'), "euler: found '1e999 0 0'"),
     "beyond sense": (".xml", mjcf('<body pos="1e308 0 0"/>'), "expected finite numbers below 1e+10"),
-    "no size": (".xml", mjcf('<body quat="0 0 0 0"/>'), "what MuJoCo refuses"),
-    "no axis": (".xml", mjcf('<body><joint axis="0 0 0"/></body>'), "what MuJoCo refuses"),
+    "no size": (".xml", mjcf('<body quat="0 0 0 0"/>'), "a model that MuJoCo refuses"),
+    "no axis": (".xml", mjcf('<body><joint axis="0 0 0"/></body>'), "a model that MuJoCo refuses"),
     "hexadecimal": (".xml", mjcf('<body pos="0x10 0 0"/>'), "pos: found '0x10 0 0'"),
     "home of no number": (
         ".xml",
         mjcf(before='<keyframe><key name="home" qpos="nan 1"/></keyframe>'),
         "qpos: found 'nan 1'; expected 2 finite numbers",
     ),
-    "no Euler angles": (".xml", mjcf(before='<compiler eulerseq="x"/>'), "what MuJoCo refuses"),
+    "no Euler angles": (".xml", mjcf(before='<compiler eulerseq="x"/>'), "a model that MuJoCo refuses"),
     "infinite place": (".urdf", urdf(*ARM[:2], hinge("t", "c", "d", at="inf 0 0")), "3 finite numbers"),
     "huge place": (".urdf", urdf(*ARM[:2], hinge("t", "c", "d", at="1e999 0 0")), "3 finite numbers"),
     "huge whole number": (".toml", "a = " + "9" * 900_000, "a value that cannot be read"),
@@ -372,7 +372,7 @@ CASES: dict[str, tuple[str, str | bytes, str | None]] = {
              hinge("t", "c", "d", "prismatic", mimic("h"))),
         "a joint of a screw made already",
     ),
-    "screw of itself": (".xml", mjcf(after='<joint joint1="k" joint2="k"/>'), "what MuJoCo refuses"),
+    "screw of itself": (".xml", mjcf(after='<joint joint1="k" joint2="k"/>'), "a model that MuJoCo refuses"),
     "screw twice": (
         ".xml",
         mjcf(
@@ -383,12 +383,12 @@ CASES: dict[str, tuple[str, str | bytes, str | None]] = {
     ),
     "weld to itself": (".xml", mjcf(after='<weld body1="a" body2="a"/>'), "expected"),
     "connect to itself": (".xml", mjcf(after='<connect body1="a" body2="a" anchor="0 0 0"/>'), "expected"),
-    "body twice": (".xml", mjcf('<body name="a"/>'), "what MuJoCo refuses"),
+    "body twice": (".xml", mjcf('<body name="a"/>'), "a model that MuJoCo refuses"),
     "root on itself": (".toml", JOINT.replace('"base"', '"a"'), "'a' joined to itself"),
-    "held by rods alone": (
+    "held only by rods": (
         ".toml",
         JOINT.replace('"revolute"', '"rod"').replace("child", "length = 1\nchild"),
-        "a held by rods alone",
+        "a held only by rods",
     ),
     "variant of limbs alone": (
         ".toml",
@@ -401,8 +401,8 @@ CASES: dict[str, tuple[str, str | bytes, str | None]] = {
     "empty YAML": (".yaml", "", "an empty file"),
     "YAML of comments": (".yaml", "#" * 900_000, "found None; expected a table of loops"),
     "empty motion": (".csv", "", "no text"),
-    "another root": (".xml", "<svg/>", "found <svg>; expected <mujoco> or <robot>"),
-    "another name space": (".xml", '<mujoco xmlns="http://x"/>', "expected <mujoco> or <robot>"),
+    "another root": (".xml", "<svg/>", "found <svg>; expected <mujoco> (MJCF) or <robot> (URDF)"),
+    "another name space": (".xml", '<mujoco xmlns="http://x"/>', "expected <mujoco> (MJCF) or <robot> (URDF)"),
     "no bodies": (".xml", "<mujoco/>", "no joints that move"),
     "no links": (".urdf", "<robot/>", "0 links"),
 }  # fmt: skip

@@ -13,9 +13,11 @@ from replays import replayed
 from scipy.spatial.transform import Rotation
 
 import parakin
+from parakin.algebra.spatial import Pose
+from parakin.model.evaluation import graph_of
 from parakin.model.expressions import Parameters
-from parakin.model.graph import Placement, graph_of, placement
 from parakin.model.mechanism import Frame, Joint, Mechanism
+from parakin.model.placement import placement_of
 
 PAPER = parakin.load("flight-simulator")
 LENGTHS = [name for name in PAPER.parameters if not name.endswith("_star")]
@@ -90,7 +92,7 @@ def moved(mechanism: Mechanism, Q: Rotation, t: np.ndarray) -> Mechanism:
     values = Parameters(mechanism.parameters)
 
     def frame(joint: Joint) -> Frame:
-        here: Placement = placement(joint.on_parent, values, joint.name)
+        here: Pose = placement_of(joint.on_parent, values, joint.name)
         axes = Q.as_matrix() @ np.array(here.R)
         at = Q.apply(np.array(here.p)) + t
         return Frame(

@@ -106,7 +106,7 @@ def test_a_missing_package_is_named(
     monkeypatch.setattr(
         importlib.util, "find_spec", lambda wanted: None if wanted == module else found(wanted)
     )
-    with pytest.raises(parakin.InputError, match=rf"{name}.*{library} not installed.*\[video\]"):
+    with pytest.raises(parakin.InputError, match=rf"{name}.*{library} is not installed.*\[video\]"):
         film.check_film(Path(name))
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from parakin.algebra.spatial import Functions, Scalar, Vector, add, cross, dot, mul, sub, vector
+from parakin.algebra.spatial import Functions, Scalar, Vector, add, cross, dot, mul, sub
 
 
 class Solved(NamedTuple):
@@ -80,7 +80,7 @@ def _by_minors(
             ]
             for s in sides
         ], determinant
-    a, b, c = (vector(row) for row in m)
+    a, b, c = (Vector(row) for row in m)
     cofactors: list[Vector] = [cross(b, c), cross(c, a), cross(a, b)]
     determinant = dot(a, cofactors[0])
     scale = 1.0 / determinant

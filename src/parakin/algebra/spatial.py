@@ -117,11 +117,6 @@ class Vector(tuple[S_co, S_co, S_co]):
     __rmul__ = __mul__  # type: ignore[assignment]
 
 
-def vector(components: Iterable[S]) -> Vector[S]:
-    """Three components as a vector."""
-    return Vector(components)
-
-
 ZERO: Vector[float] = Vector((0.0, 0.0, 0.0))
 
 
@@ -169,7 +164,7 @@ class Matrix(tuple[Vector[S_co], Vector[S_co], Vector[S_co]]):
 
 def matrix(rows: Iterable[Iterable[S]]) -> Matrix[S]:
     """Three rows of three components as a matrix."""
-    return Matrix(vector(row) for row in rows)
+    return Matrix(Vector(row) for row in rows)
 
 
 IDENTITY: Matrix[float] = matrix(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
@@ -195,34 +190,11 @@ class Pose(NamedTuple, Generic[S_co]):
         """X_AC = X_AB X_BC (eqs. 1 and 7)."""
         return Pose(self.R @ other.R, self.p + self.R @ other.p)
 
+    @property
+    def inverse(self) -> Pose[S_co]:
+        """X_BA."""
+        R_BA = self.R.T
+        return Pose(R_BA, ZERO - R_BA @ self.p)
+
 
 NOWHERE: Pose[float] = Pose(IDENTITY, ZERO)
-
-
-# Until the exchange of files is converted too:
-def plus(a, b):
-    return Vector(a) + Vector(b)
-
-
-def minus(a, b):
-    return Vector(a) - Vector(b)
-
-
-def times(f, a):
-    return f * Vector(a)
-
-
-def apply(m, a):
-    return matrix(m) @ Vector(a)
-
-
-def column(m, k):
-    return matrix(m).column(k)
-
-
-def compose(m, n):
-    return matrix(m) @ matrix(n)
-
-
-def transpose(m):
-    return matrix(m).T

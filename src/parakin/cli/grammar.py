@@ -14,7 +14,7 @@ _COMMANDS = ("list", "check", "modes", "solve", "plot", "film", "view", "draw", 
 _EPILOG = """examples:
   parakin solve flight-simulator general -o general.csv --plot general.png
   parakin check flight-simulator --set l3=1.35
-  parakin solve my-machine.toml recorded.csv -o -
+  parakin solve my-robot.toml samples.csv -o -
   parakin view flight-simulator
   parakin report flight-simulator general -o general.html
 
@@ -77,7 +77,9 @@ def _add_check(commands: _Commands) -> None:
 
 
 def _add_modes(commands: _Commands) -> None:
-    modes = commands.add_parser("modes", help="search for the assemblies of given driven values")
+    modes = commands.add_parser(
+        "modes", help="search for the assembly modes at given driven values"
+    )
     _add_mechanism(modes)
     _add_driven(modes, "driven coordinates")
     modes.add_argument(
@@ -100,7 +102,9 @@ def _add_solve(commands: _Commands) -> None:
     solve.add_argument("--plot", metavar="FILE", type=Path, help="figure: .png, .svg or .pdf")
     solve.add_argument("--animate", metavar="FILE", type=Path, help="film: .mp4 or .gif")
     solve.add_argument(
-        "--singularities", action="store_true", help="how near the motion comes to which kind"
+        "--singularities",
+        action="store_true",
+        help="how near the motion comes to singularities of each kind",
     )
     solve.add_argument("--jerk", action="store_true", help="the third derivative too")
     solve.add_argument("--bodies", action="store_true", help="every body's motion too")
@@ -136,8 +140,8 @@ def _add_view(commands: _Commands) -> None:
         default=[],
         help="a mesh that the mechanism's file names; no other is read",
     )
-    view.add_argument("--host", metavar="ADDRESS", default="127.0.0.1", help="to serve at")
-    view.add_argument("--port", metavar="N", type=int, default=8080, help="to serve at (8080)")
+    view.add_argument("--host", metavar="ADDRESS", default="127.0.0.1", help="address to serve at")
+    view.add_argument("--port", metavar="N", type=int, default=8080, help="port to serve at (8080)")
 
 
 def _add_draw(commands: _Commands) -> None:
@@ -147,9 +151,7 @@ def _add_draw(commands: _Commands) -> None:
 
 
 def _add_report(commands: _Commands) -> None:
-    report = commands.add_parser(
-        "report", help="write a page about a motion, to be sent and printed"
-    )
+    report = commands.add_parser("report", help="write a page about a motion, to send or print")
     _add_mechanism(report)
     _add_motion(report)
     _add_output(report, "page: .html")
@@ -179,17 +181,17 @@ def _add_output(command: argparse.ArgumentParser, what: str, dest: str = "output
 
 
 def _add_driven(command: argparse.ArgumentParser, what: str) -> None:
-    text = f"{what}, by commas; the file's own if left out"
+    text = f"{what}, separated by commas; the file's own by default"
     command.add_argument("--driven", metavar="NAMES", help=text)
 
 
 def _add_sampling(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--rate", metavar="HZ", type=_number, help="samples per second of a law")
+    command.add_argument("--rate", metavar="HZ", type=_number, help="samples per second, for laws")
     command.add_argument(
-        "--smooth", metavar="SIGMA", type=_number, help="noise of recorded positions, SI"
+        "--smooth", metavar="SIGMA", type=_number, help="noise of sampled positions, SI"
     )
     command.add_argument(
-        "--max-gap", metavar="S", type=_number, help="longest step allowed in recorded data"
+        "--max-gap", metavar="S", type=_number, help="longest step allowed between samples"
     )
 
 
@@ -197,7 +199,9 @@ def _add_mechanism(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "mechanism", metavar="MECHANISM", help="a catalogue name, or a TOML, MJCF or URDF file"
     )
-    command.add_argument("--loops", metavar="FILE", help="YAML that tells the loops of a URDF")
+    command.add_argument(
+        "--loops", metavar="FILE", help="YAML file that specifies the loops of a URDF"
+    )
     command.add_argument(
         "--set",
         metavar="NAME=VALUE",

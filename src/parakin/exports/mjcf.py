@@ -15,12 +15,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from parakin.algebra.spatial import IDENTITY, ZERO, Matrix, Vector, apply, minus, times, transpose
+from parakin.algebra.spatial import IDENTITY, ZERO, Matrix, Pose, Vector, as_array
 from parakin.arrays import FloatArray
-from parakin.files.links import about, inverse, not_installed, then, vector, xml_root
+from parakin.errors import not_installed
+from parakin.files.parsing import parse_xml
 from parakin.kinematics.assembly import assembled
 from parakin.kinematics.configuration import Configuration, configure
-from parakin.model.graph import Graph, GraphJoint, Placement
+from parakin.model.graph import Graph
+from parakin.model.joints import GraphJoint
+from parakin.model.placement import about, vector
 
 _STEP = 0.002  # of time [s]
 _CLOSED = (2 * _STEP, 1.0)  # time constant [s] and damping ratio of loops: as stiff as can be
@@ -40,9 +43,8 @@ def mjcf(graph: Graph) -> str:
     for number, backwards in tree.steps:
         joint = graph.joints[number]
         near, far = (joint.child, joint.parent) if backwards else (joint.parent, joint.child)
-        pose = model.at.circuits.pose(far)
-        there = Placement(pose.R, pose.p)
-        model.carry(joint, graph.bodies[near], graph.bodies[far], there, backwards)
+        pose = model.at.pose(far)
+        model.carry(joint, graph.bodies[near], graph.bodies[far], pose, backwards)
     for number in tree.cuts:
         model.close(graph.joints[number])
     for body, name in enumerate(graph.bodies):
@@ -69,7 +71,7 @@ class _Model:
     graph: Graph
     at: Configuration
     spec: Any = field(init=False)
-    placed: dict[str, tuple[Any, Placement]] = field(init=False)
+    placed: dict[str, tuple[Any, Pose[float]]] = field(init=False)
     radius: float = field(init=False)
     taken: set[str] = field(init=False)  # names of bodies
 
@@ -81,7 +83,7 @@ class _Model:
         spec.option.integrator = self.mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         spec.option.disableflags |= self.mujoco.mjtDisableBit.mjDSBL_GRAVITY  # masses are made up
         base = self.graph.bodies[0]
-        self.placed = {base: (spec.worldbody.add_body(name=base), Placement(IDENTITY, ZERO))}
+        self.placed = {base: (spec.worldbody.add_body(name=base), Pose(IDENTITY, ZERO))}
         self.taken = set(self.graph.bodies)
         spec.visual.headlight.ambient = [0.4, 0.4, 0.4]
         spec.visual.headlight.diffuse = [0.6, 0.6, 0.6]
@@ -89,15 +91,15 @@ class _Model:
         places += [p for _, p in self.graph.points.values()]
         self.radius = 0.02 * (max(float(np.linalg.norm(p)) for p in places) or 1.0)
 
-    def hang(self, name: str, near: str, pose: Placement) -> None:
+    def hang(self, name: str, near: str, pose: Pose[float]) -> None:
         """A body that stands at `pose` at home, as the child of another."""
         body, at = self.placed[near]
-        here = then(inverse(at), pose)
+        here = at.inverse @ pose
         child = body.add_body(name=name, pos=here.p, quat=_quaternion(self.mujoco, here.R))
         self.placed[name] = (child, pose)
 
     def carry(
-        self, joint: GraphJoint, near: str, far: str, pose: Placement, backwards: bool
+        self, joint: GraphJoint, near: str, far: str, pose: Pose[float], backwards: bool
     ) -> None:
         """A body that stands at `pose` at home, on a joint's coordinates one after the other.
 
@@ -111,7 +113,7 @@ class _Model:
             screw = self.at.screws[:, k]
             axis = vector(sign * (screw[3:] if pair.slides else screw[:3]))
             coordinate, home = self.graph.coordinates[k], float(self.at.q[k])
-            point = vector(self.at.points[k])
+            point = vector(as_array(self.at.axes[k].point))
             low, high = coordinate.limits
             if k in self.graph.from_home:  # MuJoCo counts as the joint does
                 low, high = low + home, high + home
@@ -129,13 +131,13 @@ class _Model:
         self._chain(joint.name, near, far, pose, pairs)
 
     def _chain(
-        self, joint: str, near: str, far: str, pose: Placement, pairs: Sequence[_Pair]
+        self, joint: str, near: str, far: str, pose: Pose[float], pairs: Sequence[_Pair]
     ) -> None:
         for pair in pairs[:-1]:
             between = self._inside(joint)
             self.hang(between, near, pose)
             self._move(between, pair)
-            self._ball(between, apply(transpose(pose.R), minus(pair.point, pose.p)), _GREY)
+            self._ball(between, pose.R.T @ (pair.point - pose.p), _GREY)
             near = between
         self.hang(far, near, pose)
         for pair in pairs[-1:]:
@@ -143,13 +145,13 @@ class _Model:
 
     def _move(self, body: str, pair: _Pair) -> None:
         child, pose = self.placed[body]
-        inward = transpose(pose.R)
+        inward = pose.R.T
         kinds = self.mujoco.mjtJoint
         joint = child.add_joint(
             name=pair.name,
             type=kinds.mjJNT_SLIDE if pair.slides else kinds.mjJNT_HINGE,
-            pos=apply(inward, minus(pair.point, pose.p)),
-            axis=apply(inward, pair.axis),
+            pos=inward @ (pair.point - pose.p),
+            axis=inward @ pair.axis,
             ref=pair.home,
         )
         if np.isfinite(pair.limits).all():
@@ -161,20 +163,20 @@ class _Model:
         parent, child = names[joint.parent], names[joint.child]
         kinds = self.mujoco.mjtEq
         kind, far, place = kinds.mjEQ_WELD, parent, joint.F
-        there = then(self.placed[child][1], joint.M)
+        there = self.placed[child][1] @ joint.M
         if joint.kind == "spherical":
             kind = kinds.mjEQ_CONNECT
         elif joint.kind == "rod":
             kind, far = kinds.mjEQ_CONNECT, self._inside(joint.name, "rod")
-            start = then(self.placed[parent][1], joint.F).p
-            along = times(1 / joint.length, minus(there.p, start))
+            start = (self.placed[parent][1] @ joint.F).p
+            along = (1 / joint.length) * (there.p - start)
             x, y = (vector(column) for column in np.array(about(along)).T[:2])
             hinges = [_Pair(f"{joint.name}.{k + 1}", False, (x, y)[k], start, 0.0) for k in (0, 1)]
-            self._chain(joint.name, parent, far, Placement(about(along), start), hinges)
-            place = Placement(IDENTITY, (0.0, 0.0, joint.length))
+            self._chain(joint.name, parent, far, Pose(about(along), start), hinges)
+            place = Pose(IDENTITY, Vector((0.0, 0.0, joint.length)))
             self._capsule(far, ZERO, place.p, _GREY)
         elif joint.kind != "fixed":
-            far, place = self._inside(joint.name), Placement(IDENTITY, ZERO)
+            far, place = self._inside(joint.name), Pose(IDENTITY, ZERO)
             self.carry(joint, parent, far, there, False)
             self._ball(far, ZERO, _GREY)
         near = self._site(f"{joint.name}.{child}", child, joint.M)
@@ -197,7 +199,7 @@ class _Model:
         self.taken.add(name)
         return name
 
-    def _site(self, name: str, body: str, place: Placement) -> str:
+    def _site(self, name: str, body: str, place: Pose[float]) -> str:
         while self.spec.site(name) is not None:
             name += "'"
         quat = _quaternion(self.mujoco, place.R)
@@ -210,7 +212,7 @@ class _Model:
         ends = self._ends(body)
         for label, (of, p) in self.graph.points.items():
             if of == body:
-                self._site(label, name, Placement(IDENTITY, p))
+                self._site(label, name, Pose(IDENTITY, p))
                 ends.setdefault(p, False)
         middle = vector(np.mean(list(ends), axis=0)) if ends else ZERO
         colour = _GREY if body == 0 else _BLUE
@@ -224,23 +226,23 @@ class _Model:
             if joint.child == body and joint.kind in ("prismatic", "cylindrical"):
                 self._capsule(name, joint.M.p, self._behind(joint), _GREY, 0.6)
 
-    def _ends(self, body: int) -> dict[Vector, bool]:
+    def _ends(self, body: int) -> dict[Vector[float], bool]:
         """Where a body's joints are, and whether a motor is there."""
-        ends: dict[Vector, bool] = {}
+        ends: dict[Vector[float], bool] = {}
         for joint in self.graph.joints:
             for of, place in ((joint.parent, joint.F), (joint.child, joint.M)):
                 if of == body and joint.name != "platform":
                     ends[place.p] = ends.get(place.p, False) or joint.actuated
         return ends
 
-    def _behind(self, joint: GraphJoint) -> Vector:
+    def _behind(self, joint: GraphJoint) -> Vector[float]:
         """Where a piston's rod comes from: the middle of its cylinder, at home."""
         middle = vector(np.mean(list(self._ends(joint.parent)), axis=0))
         pose = self.placed[self.graph.bodies[joint.parent]][1]
-        here = inverse(self.placed[self.graph.bodies[joint.child]][1])
-        return then(then(here, pose), Placement(IDENTITY, middle)).p
+        here = self.placed[self.graph.bodies[joint.child]][1].inverse
+        return (here @ pose @ Pose(IDENTITY, middle)).p
 
-    def _ball(self, body: str, p: Vector, rgba: Sequence[float], size: float = 1.0) -> None:
+    def _ball(self, body: str, p: Vector[float], rgba: Sequence[float], size: float = 1.0) -> None:
         self.placed[body][0].add_geom(
             type=self.mujoco.mjtGeom.mjGEOM_SPHERE,
             pos=p,
@@ -251,9 +253,14 @@ class _Model:
         )
 
     def _capsule(
-        self, body: str, a: Vector, b: Vector, rgba: Sequence[float], size: float = 1.0
+        self,
+        body: str,
+        a: Vector[float],
+        b: Vector[float],
+        rgba: Sequence[float],
+        size: float = 1.0,
     ) -> None:
-        if np.linalg.norm(minus(a, b)) < self.radius:
+        if np.linalg.norm(a - b) < self.radius:
             return
         self.placed[body][0].add_geom(
             type=self.mujoco.mjtGeom.mjGEOM_CAPSULE,
@@ -294,7 +301,7 @@ def _in_full(spec: Any) -> str:
     """The spec's XML, which MuJoCo writes with six digits, with all digits of what matters."""
     from lxml import etree
 
-    root = xml_root(spec.to_xml(), "MJCF")
+    root = parse_xml(spec.to_xml(), "MJCF")
     found = {"body": spec.body, "joint": spec.joint, "site": spec.site}
     keys = {
         "body": ("pos", "quat"),
@@ -324,7 +331,7 @@ def _numbers(values: Any) -> str:
     return " ".join(f"{float(value):.17g}" for value in np.atleast_1d(values))
 
 
-def _quaternion(mujoco: Any, R: Matrix) -> FloatArray:
+def _quaternion(mujoco: Any, R: Matrix[float]) -> FloatArray:
     quaternion = np.empty(4)
     mujoco.mju_mat2Quat(quaternion, np.array(R, dtype=float).ravel())
     return quaternion

@@ -13,11 +13,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from parakin.algebra.spatial import IDENTITY, ZERO, Matrix, Vector, minus, times, transpose
-from parakin.files.links import HERE, about, inverse, not_installed, then
+from parakin.algebra.spatial import IDENTITY, NOWHERE, ZERO, Matrix, Pose, Vector, matrix
+from parakin.errors import not_installed
 from parakin.kinematics.assembly import assembled
 from parakin.kinematics.configuration import Configuration, configure
-from parakin.model.graph import Graph, GraphJoint, Placement
+from parakin.model.graph import Graph
+from parakin.model.joints import GraphJoint
+from parakin.model.placement import about
 
 _UNBOUNDED = 1000.0  # URDF has no slide without limits [m], nor without these [N, m/s]
 _LOCKED = 1e-12
@@ -41,7 +43,7 @@ def urdf(graph: Graph) -> tuple[str, str]:
     for number in tree.cuts:
         robot.close(graph.joints[number])
     for name, (body, p) in graph.points.items():
-        robot.frame(name, graph.bodies[body], Placement(IDENTITY, p))
+        robot.frame(name, graph.bodies[body], Pose(IDENTITY, p))
     etree.indent(robot.root)
     text = etree.tostring(robot.root, encoding="unicode") + "\n"
     told = {
@@ -78,30 +80,30 @@ class _Robot:
             self._sub(geometry, "sphere", radius=f"{0.03 * self.graph.length:.6g}")
 
     def chain(
-        self, joint: GraphJoint, near: str, far: str, end: Placement, backwards: bool
+        self, joint: GraphJoint, near: str, far: str, end: Pose[float], backwards: bool
     ) -> None:
         """A joint's coordinates, one after the other, from one link to another."""
         here = joint.M if backwards else joint.F
         if backwards:
-            here = then(here, Placement(transpose(joint.tail), ZERO))
-        after = inverse(end)
+            here = here @ Pose(joint.tail.T, ZERO)
+        after = end.inverse
         if not backwards:
-            after = then(Placement(joint.tail, ZERO), after)
+            after = Pose(joint.tail, ZERO) @ after
         order = list(zip(joint.coordinates, joint.pairs, strict=True))
         for i, (k, pair) in enumerate(reversed(order) if backwards else order):
-            last = i == len(order) - 1 and after == HERE and not pair.pitch
+            last = i == len(order) - 1 and after == NOWHERE and not pair.pitch
             axis: list[float] = [0.0, 0.0, 0.0]
             axis[pair.axis] = -1.0 if backwards else 1.0
             name = self.graph.coordinates[k].name
             child = far if last else self._fresh(f"{joint.name} link {i + 1}")
             self._moving(name, k, pair.slides, near, child, here, axis)
-            near, here = child, HERE
+            near, here = child, NOWHERE
             if pair.pitch:
-                child = far if after == HERE else self._fresh(f"{joint.name} nut")
+                child = far if after == NOWHERE else self._fresh(f"{joint.name} nut")
                 self._moving(f"{name}.advance", k, True, near, child, here, axis, pair.pitch)
                 near = child
         if near != far:
-            self.fixed(f"{joint.name} end", near, far, then(here, after))
+            self.fixed(f"{joint.name} end", near, far, here @ after)
 
     def _moving(
         self,
@@ -110,7 +112,7 @@ class _Robot:
         slides: bool,
         near: str,
         far: str,
-        here: Placement,
+        here: Pose[float],
         axis: Sequence[float],
         pitch: float = 0.0,
     ) -> None:
@@ -138,7 +140,7 @@ class _Robot:
             return
         self.home[name] = home
 
-    def _joint(self, name: str, kind: str, near: str, far: str, here: Placement):  # type: ignore[no-untyped-def]  # lxml's element
+    def _joint(self, name: str, kind: str, near: str, far: str, here: Pose[float]):  # type: ignore[no-untyped-def]  # lxml's element
         self.link(far)
         joint = self._sub(self.root, "joint", name=name, type=kind)
         self._sub(joint, "parent", link=near)
@@ -146,10 +148,10 @@ class _Robot:
         self._sub(joint, "origin", xyz=_numbers(here.p), rpy=_numbers(_rpy(here.R)))
         return joint
 
-    def fixed(self, name: str, near: str, far: str, here: Placement) -> None:
+    def fixed(self, name: str, near: str, far: str, here: Pose[float]) -> None:
         self._joint(name, "fixed", near, far, here)
 
-    def frame(self, name: str, body: str, at: Placement) -> str:
+    def frame(self, name: str, body: str, at: Pose[float]) -> str:
         """A link without a body, at a place on one that has."""
         name = self._fresh(name)
         self.fixed(f"{name} on {body}", body, name, at)
@@ -165,7 +167,7 @@ class _Robot:
             near = self.frame(f"{joint.name}_A", parent, joint.F)
         else:
             near = self._fresh(f"{joint.name}_A")
-            self.chain(joint, parent, near, HERE, False)
+            self.chain(joint, parent, near, NOWHERE, False)
         far = self.frame(f"{joint.name}_B", child, joint.M)
         # Of links that become one body, a reader keeps the name of the first.
         self.pairs.append((near, far) if kind == "3d" else (far, near))
@@ -173,15 +175,13 @@ class _Robot:
 
     def _rod(self, joint: GraphJoint, parent: str) -> str:
         """A rod on two hinges that stand at zero at home; the name of the link at its tip."""
-        poses = [self.at.circuits.pose(body) for body in (joint.parent, joint.child)]
+        poses = [self.at.pose(body) for body in (joint.parent, joint.child)]
         start, tip = (
-            then(Placement(pose.R, pose.p), place).p
-            for pose, place in zip(poses, (joint.F, joint.M), strict=True)
+            (pose @ place).p for pose, place in zip(poses, (joint.F, joint.M), strict=True)
         )
-        along = times(1 / joint.length, minus(tip, start))
+        along = (1 / joint.length) * (tip - start)
         turn = np.array(poses[0].R, dtype=float).T @ np.array(about(along), dtype=float)
-        rows = [tuple(float(a) for a in row) for row in turn]
-        here = Placement((rows[0], rows[1], rows[2]), joint.F.p)  # type: ignore[arg-type]
+        here = Pose(matrix(turn.tolist()), joint.F.p)
         near = parent
         for number, axis in enumerate(np.eye(3)[:2], start=1):
             name = f"{joint.name}.{number}"
@@ -189,8 +189,8 @@ class _Robot:
             hinge = self._joint(name, "continuous", near, far, here)
             self._sub(hinge, "axis", xyz=_numbers(axis))
             self.home[name] = 0.0
-            near, here = far, HERE
-        return self.frame(f"{joint.name}_A", near, Placement(IDENTITY, (0.0, 0.0, joint.length)))
+            near, here = far, NOWHERE
+        return self.frame(f"{joint.name}_A", near, Pose(IDENTITY, Vector((0.0, 0.0, joint.length))))
 
     def _fresh(self, name: str) -> str:
         while name in self.links or name in self.graph.bodies:
@@ -198,13 +198,13 @@ class _Robot:
         return name
 
 
-def _rpy(R: Matrix) -> Vector:
+def _rpy(R: Matrix[float]) -> Vector[float]:
     """Turns about the fixed x, y and z axes, one after the other."""
     size = math.hypot(R[2][1], R[2][2])
     pitch = math.atan2(-R[2][0], size)
     if size < _LOCKED:
-        return (math.atan2(-R[1][2], R[1][1]), pitch, 0.0)
-    return (math.atan2(R[2][1], R[2][2]), pitch, math.atan2(R[1][0], R[0][0]))
+        return Vector((math.atan2(-R[1][2], R[1][1]), pitch, 0.0))
+    return Vector((math.atan2(R[2][1], R[2][2]), pitch, math.atan2(R[1][0], R[0][0])))
 
 
 def _numbers(values: Sequence[float]) -> str:

@@ -13,22 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from parakin.algebra.spatial import IDENTITY, ZERO
-from parakin.errors import InputError
-from parakin.files.links import (
-    HERE,
-    WORLD,
-    Link,
-    about,
-    angles_of,
-    mechanism_of,
-    not_installed,
-    numbers,
-    then,
-    vector,
-)
-from parakin.model.graph import Placement
+from parakin.algebra.spatial import IDENTITY, NOWHERE, ZERO, Matrix, Pose, Vector, matrix
+from parakin.errors import InputError, not_installed
+from parakin.files.from_links import WORLD, mechanism_of
+from parakin.files.links import Link
+from parakin.files.parsing import numbers
 from parakin.model.mechanism import MAX_JOINTS, Mechanism
+from parakin.model.placement import about, vector
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -56,6 +47,7 @@ _NUMBERS = {
     *("pos", "axis", "range", "ref", "fromto", "anchor", "relpose", "torquescale", "polycoef"),
     *_TURN,
 }
+_LOCKED = 1e-12  # the cosine of the second of three angles at gimbal lock
 _HUGE = 1e10  # what MuJoCo itself takes for out of bounds
 _ELSEWHERE = {
     "include": "one file, with what it includes written out",
@@ -86,7 +78,7 @@ def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
             model = spec.compile()
     except (ValueError, RuntimeError) as error:
         reason = " ".join(str(error).split())
-        raise InputError(origin, f"what MuJoCo refuses: {reason}", "a MuJoCo model") from None
+        raise InputError(origin, f"a model that MuJoCo refuses: {reason}", "a valid one") from None
     read = _Model(mujoco, model, origin)
     pose = _home(root, model)
     actuated = _actuated(root)
@@ -195,31 +187,31 @@ class _Model:
             last = j == first + count - 1
             far = name if last else f"{name} after {self.joint(j)}"
             made.append(self._link(j, near, far, at, pose, actuated))
-            near, at = far, HERE
+            near, at = far, NOWHERE
         return made
 
     def _link(
-        self, j: int, near: str, far: str, at: Placement, pose: list[float], actuated: set[str]
+        self, j: int, near: str, far: str, at: Pose[float], pose: list[float], actuated: set[str]
     ) -> Link:
         model, kinds = self.model, self.mujoco.mjtJoint
         name, kind, k = self.joint(j), int(model.jnt_type[j]), int(model.jnt_qposadr[j])
         point = vector(model.jnt_pos[j])
         if kind == kinds.mjJNT_FREE:
             R = self._matrix(pose[k + 3 : k + 7])
-            values = (*pose[k : k + 3], *angles_of(R))
+            values = (*pose[k : k + 3], *_angles_of(R))
             return Link(name, "free", near, far, values=tuple(map(float, values)))
         if kind == kinds.mjJNT_BALL:
-            here = Placement(IDENTITY, point)
-            values = angles_of(self._matrix(pose[k : k + 4]))
-            return Link(name, "spherical", near, far, then(at, here), here, values)
+            here = Pose(IDENTITY, point)
+            values = _angles_of(self._matrix(pose[k : k + 4]))
+            return Link(name, "spherical", near, far, at @ here, here, values)
         slides = kind == kinds.mjJNT_SLIDE
         R, ref = about(vector(model.jnt_axis[j])), float(model.qpos0[k])
-        here = Placement(R, point)
+        here = Pose(R, point)
         # The file's pose has the joint at `ref`; ours has it at zero.
-        back = Placement(IDENTITY, (0.0, 0.0, -ref))
+        back = Pose(IDENTITY, Vector((0.0, 0.0, -ref)))
         if not slides:
             c, s = math.cos(ref), math.sin(ref)
-            back = Placement(((c, s, 0.0), (-s, c, 0.0), (0.0, 0.0, 1.0)), ZERO)
+            back = Pose(matrix(((c, s, 0.0), (-s, c, 0.0), (0.0, 0.0, 1.0))), ZERO)
         limited = bool(model.jnt_limited[j])
         low, high = (float(a) for a in model.jnt_range[j])
         return Link(
@@ -227,7 +219,7 @@ class _Model:
             "prismatic" if slides else "revolute",
             near,
             far,
-            then(then(at, here), back),
+            at @ here @ back,
             here,
             (float(pose[k]),),
             (low, high) if limited and low < high else None,
@@ -249,11 +241,11 @@ class _Model:
             a, b, F, M = self._ends(i)
             turning = kind == kinds.mjEQ_WELD and model.eq_data[i][10] != 0
             if kind == kinds.mjEQ_WELD and not turning:
-                F, M = Placement(IDENTITY, F.p), Placement(IDENTITY, M.p)
+                F, M = Pose(IDENTITY, F.p), Pose(IDENTITY, M.p)
             made.append(Link(name, "fixed" if turning else "spherical", a, b, F, M))
         return _hinges(made)
 
-    def _ends(self, i: int) -> tuple[str, str, Placement, Placement]:
+    def _ends(self, i: int) -> tuple[str, str, Pose[float], Pose[float]]:
         model = self.model
         ends, data = (int(model.eq_obj1id[i]), int(model.eq_obj2id[i])), model.eq_data[i]
         if model.eq_objtype[i] == self.mujoco.mjtObj.mjOBJ_SITE:
@@ -261,9 +253,9 @@ class _Model:
             F, M = (self._placement(model.site_pos[k], model.site_quat[k]) for k in ends)
         else:
             bodies = list(ends)
-            F, M = (Placement(IDENTITY, vector(data[k : k + 3])) for k in (0, 3))
+            F, M = (Pose(IDENTITY, vector(data[k : k + 3])) for k in (0, 3))
             if model.eq_type[i] == self.mujoco.mjtEq.mjEQ_WELD:
-                F, M = self._placement(data[3:6], data[6:10]), Placement(IDENTITY, F.p)
+                F, M = self._placement(data[3:6], data[6:10]), Pose(IDENTITY, F.p)
         return self.body(bodies[0]), self.body(bodies[1]), F, M
 
     def _screw(self, i: int, name: str) -> Link:
@@ -278,18 +270,27 @@ class _Model:
         if kinds != [self.mujoco.mjtJoint.mjJNT_SLIDE, self.mujoco.mjtJoint.mjJNT_HINGE]:
             raise InputError(
                 f"{self.origin}: equality {name!r}",
-                "joints that are coupled",
-                "connect, weld, or a slide that advances with a hinge: parakin knows no gears",
+                "coupled joints",
+                "connect, weld, or a slide that advances with a hinge: gears are not supported",
             )
         return Link(name, "screw", self.joint(second), self.joint(first), pitch=ratio)
 
-    def _placement(self, p: Any, quaternion: Any) -> Placement:
-        return Placement(self._matrix(quaternion), vector(p))
+    def _placement(self, p: Any, quaternion: Any) -> Pose[float]:
+        return Pose(self._matrix(quaternion), vector(p))
 
-    def _matrix(self, quaternion: Any) -> Any:
+    def _matrix(self, quaternion: Any) -> Matrix[float]:
         R = np.empty(9)
         self.mujoco.mju_quat2Mat(R, np.asarray(quaternion, dtype=float))
-        return tuple(vector(row) for row in R.reshape(3, 3))
+        return matrix(R.reshape(3, 3).tolist())
+
+
+def _angles_of(R: Matrix[float]) -> tuple[float, float, float]:
+    """The angles about moving x, then y, then z that make R; the last is zero at gimbal lock."""
+    (a, b, c), (_, e, f), (_, h, g) = R
+    size = math.hypot(a, b)
+    if size < _LOCKED:
+        return math.atan2(h, e), math.atan2(c, size), 0.0
+    return math.atan2(-f, g), math.atan2(c, size), math.atan2(-b, a)
 
 
 def _hinges(loops: list[Link]) -> list[Link]:
@@ -316,9 +317,9 @@ def _hinge(a: Link, b: Link) -> Link | None:
     """The hinge through two points that two bodies share; None where they are one point."""
     frames = []
     for p, q in ((a.F.p, b.F.p), (a.M.p, b.M.p)):
-        along = np.subtract(q, p)
-        length = float(np.linalg.norm(along))
+        along = q - p
+        length = math.hypot(*along)
         if length < 1e-9:
             return None
-        frames.append(Placement(about(vector(along / length)), p))
+        frames.append(Pose(about((1 / length) * along), p))
     return Link(a.name, "revolute", a.parent, a.child, frames[0], frames[1])

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from parakin.arrays import ORDERS
+from parakin.arrays import ORDERS, FloatArray
 from parakin.errors import InputError, nearest, reason
 from parakin.model.expressions import TIME, Dimension, Parameters
 from parakin.motion.motion import Motion
@@ -62,36 +62,19 @@ def read_motion_csv(
     delimiter = max(",;\t", key=header.count)
     headers = _cells(header, delimiter, f"{path}, header")
     columns = _columns(headers, dimensions, str(path))
-    wanted = [columns["time", ""]]
     quantities = [q for q in ORDERS if _complete(columns, q, dimensions, str(path))]
+    wanted = [columns["time", ""]]
     wanted += [columns[name, quantity] for quantity in quantities for name in dimensions]
-
-    first = next(lines, None)
-    if first is None:
-        raise InputError(str(path), "only a header", "samples below it")
-    rows = _rows(itertools.chain([first], lines), delimiter, len(headers), str(path))
-    used = [column.at for column in wanted]
-    try:
-        table = np.loadtxt(
-            rows, delimiter=delimiter, usecols=used, comments=None, quotechar='"', ndmin=2
-        )
-    except ValueError as error:
-        _refuse_cell(path, delimiter, wanted)
-        raise InputError(str(path), str(error), "numbers") from None
-    if not np.isfinite(table).all():
-        _refuse_cell(path, delimiter, wanted)
-    table *= [column.factor for column in wanted]
+    table = _table(path, lines, delimiter, len(headers), wanted)
     time, values = table[:, 0], table[:, 1:].T.reshape(len(quantities), len(dimensions), -1)
     given = dict(zip(quantities, values, strict=True))
-    rates = (given.get(quantity) for quantity in ORDERS[1:])
-    names = tuple(dimensions)
     try:
         return from_arrays(
             path.stem,
-            names,
+            tuple(dimensions),
             time,
             given["position"],
-            *rates,
+            *(given.get(quantity) for quantity in ORDERS[1:]),
             smoothing=smoothing,
             max_gap=max_gap,
         )
@@ -104,7 +87,7 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
     try:
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):
-            raise InputError(str(path), "a directory or device", "a CSV file")
+            raise InputError(str(path), "a folder or special file", "a CSV file")
         if status.st_size > MAX_BYTES:
             raise InputError(str(path), f"{status.st_size} bytes", f"at most {MAX_BYTES}")
         with path.open(encoding="utf-8-sig") as file:
@@ -121,6 +104,32 @@ def _cells(line: str, delimiter: str, place: str) -> list[str]:
         return [cell.strip() for cell in next(csv.reader([line.strip("\n")], delimiter=delimiter))]
     except csv.Error as error:  # a cell of more than 131072 characters, a null character
         raise InputError(place, str(error), "cells of text or numbers") from None
+
+
+def _table(
+    path: Path,
+    lines: Iterator[tuple[int, str]],
+    delimiter: str,
+    width: int,
+    wanted: Sequence[_Column],
+) -> FloatArray:
+    """The numbers in the wanted columns, SI, a row per sample."""
+    first = next(lines, None)
+    if first is None:
+        raise InputError(str(path), "only a header", "samples below it")
+    rows = _rows(itertools.chain([first], lines), delimiter, width, str(path))
+    used = [column.at for column in wanted]
+    try:
+        table = np.loadtxt(
+            rows, delimiter=delimiter, usecols=used, comments=None, quotechar='"', ndmin=2
+        )
+    except ValueError as error:
+        _refuse_cell(path, delimiter, wanted)
+        raise InputError(str(path), str(error), "numbers") from None
+    if not np.isfinite(table).all():
+        _refuse_cell(path, delimiter, wanted)
+    table *= [column.factor for column in wanted]
+    return table
 
 
 def _rows(
@@ -150,7 +159,7 @@ def _columns(
         where = f"{place}, column {index + 1}"
         if (coordinate, quantity) in columns:
             twice = columns[coordinate, quantity].header
-            raise InputError(where, f"{header!r} after {twice!r}", "one column for each")
+            raise InputError(where, f"{header!r} after {twice!r}", "one column each")
         factor = 1.0
         if coordinate in dimensions or name == "time":
             length, time, angle = TIME if name == "time" else dimensions[coordinate]
@@ -183,7 +192,7 @@ def _complete(
     lacking = [name for name in dimensions if (name, quantity) not in columns]
     if 0 < len(lacking) < len(dimensions):
         found = f"columns of {quantity}, but none for {lacking[0]!r}"
-        raise InputError(place, found, "them for all driven coordinates or for none")
+        raise InputError(place, found, "columns for all driven coordinates or for none")
     return not lacking
 
 

@@ -2,31 +2,23 @@
 
 from __future__ import annotations
 
-import re
 import tomllib
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from parakin.errors import InputError, nearest, reason
-from parakin.files.links import not_installed, xml_root
+from parakin.errors import InputError, nearest
 from parakin.files.motion_csv import read_motion_csv
-from parakin.files.motion_table import from_table
+from parakin.files.motion_toml import motion_from_table
+from parakin.files.parsing import parse_toml, parse_xml, parse_yaml, read_text
 from parakin.model.expressions import Parameters, Value
 from parakin.model.graph import Graph
-from parakin.model.limbs import spelt_out
+from parakin.model.limbs import expand_limbs
 from parakin.model.mechanism import Body, Joint, Mechanism, Platform
 from parakin.model.validation import AnyModel, validated
 from parakin.motion.motion import Motion
 
-MAX_BYTES = 1_000_000
-_MAX_DEPTH = 12
-_MAX_DIGITS = 1000
-_MAX_BITS = 10_000  # of whole numbers; Python writes them out, in a message, up to some 14,000
-_TOML_TEXT = re.compile(r"""\"(?:[^"\\\n]|\\.)*+"?|'[^'\n]*+'?""")
-_LONG_KEY = re.compile(r"(?:\.[ \t]*[\w-]++[ \t]*+){100}")  # a.b.c...: tomllib takes its square
-_TOO_DEEP = (f"lists or tables more than {_MAX_DEPTH} deep", "fewer inside one another")
 _COORDINATE_TABLES = ("home", "stated", "guess", "limits")
 
 
@@ -64,7 +56,9 @@ def load(
     if _is_xml(mechanism):
         made = _from_xml(Path(mechanism), None if loops is None else Path(loops))
     elif loops is not None:
-        raise InputError(str(mechanism), "a file of loops beside it", "a URDF, if loops are apart")
+        raise InputError(
+            str(mechanism), "a separate file of loops", "a URDF; other files contain their loops"
+        )
     else:
         table, origin = _tables(mechanism)
         made = mechanism_from_table(table, origin)
@@ -85,19 +79,21 @@ def _as_table(mechanism: Mechanism) -> dict[str, Any]:
 
 def _from_xml(path: Path, loops: Path | None) -> Mechanism:
     """A mechanism from MJCF or URDF, told apart by what the file says it is."""
-    root = xml_root(read_text(path), str(path))
+    root = parse_xml(read_text(path), str(path))
     if root.tag == "mujoco":
         from parakin.files.mjcf import mechanism_from_mjcf
 
         if loops is not None:
-            raise InputError(str(path), "a file of loops beside it", "a URDF, if loops are apart")
+            raise InputError(
+                str(path), "a separate file of loops", "a URDF; other files contain their loops"
+            )
         return mechanism_from_mjcf(root, str(path))
     if root.tag == "robot":
         from parakin.files.urdf import mechanism_from_urdf
 
         told = None if loops is None else parse_yaml(read_text(loops), str(loops))
         return mechanism_from_urdf(root, str(path), told, str(loops))
-    raise InputError(str(path), f"<{root.tag}>", "<mujoco> or <robot>, that is MJCF or URDF")
+    raise InputError(str(path), f"<{root.tag}>", "<mujoco> (MJCF) or <robot> (URDF)")
 
 
 def expanded(
@@ -115,7 +111,7 @@ def expanded(
     if _is_xml(mechanism):
         return tomli_w.dumps(_as_table(load(mechanism, parameters, loops)))
     table, origin = _tables(mechanism)
-    table = spelt_out(table, origin)
+    table = expand_limbs(table, origin)
     if parameters:
         table["parameters"] = {**table.get("parameters", {}), **parameters}
     return tomli_w.dumps(table)
@@ -171,136 +167,12 @@ def _with_original(table: dict[str, Any], origin: str) -> dict[str, Any]:
     return original
 
 
-def read_text(path: Path) -> str:
-    """A small text file. Raises InputError where it is missing, a folder, too large or no text."""
-    data = read_bytes(path, MAX_BYTES)
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        found = f"byte 0x{data[error.start]:02x}, which is not UTF-8"
-        raise InputError(f"{path}, byte {error.start}", found, "a text file in UTF-8") from None
-    if not text.strip():
-        raise InputError(str(path), "an empty file", "a TOML file")
-    return text
-
-
-def read_bytes(path: Path, most: int) -> bytes:
-    """A file as it is. Raises InputError where it is missing, a folder or larger than `most`."""
-    try:
-        if path.is_dir():
-            raise InputError(str(path), "a folder", "a file")
-        with path.open("rb") as file:
-            data = file.read(most + 1)
-    except OSError as error:
-        raise InputError(str(path), reason(error), "a readable file") from None
-    except ValueError as error:  # a null byte in the path
-        raise InputError(repr(str(path)), str(error), "a path") from None
-    if len(data) > most:
-        raise InputError(str(path), f"more than {most} bytes", "a smaller file")
-    return data
-
-
-def parse_toml(text: str, origin: str) -> dict[str, Any]:
-    """TOML as nested tables. Raises InputError with the line of a syntax error."""
-    if _LONG_KEY.search(_TOML_TEXT.sub("text", text)):
-        raise InputError(origin, *_TOO_DEEP)
-    try:
-        table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(origin, f"a syntax error: {error}", "TOML") from None
-    except RecursionError:
-        raise InputError(origin, *_TOO_DEEP) from None
-    except (ValueError, OverflowError) as error:
-        raise InputError(origin, f"a value that cannot be read: {error}", "TOML") from None
-    _check_values(table, origin)
-    return table
-
-
-def parse_yaml(text: str, origin: str) -> dict[str, Any]:
-    """YAML as nested tables, without references. Raises InputError with the line of an error."""
-    try:
-        import yaml
-    except ImportError:
-        raise not_installed(origin, "PyYAML") from None
-
-    try:
-        depth = 0  # looked at first: libyaml's own stack is what deep nesting fills otherwise
-        for event in yaml.parse(text, yaml.CSafeLoader):
-            if isinstance(event, yaml.AliasEvent):
-                raise InputError(origin, "a reference (*name)", "values written out")
-            depth += isinstance(event, yaml.CollectionStartEvent)
-            depth -= isinstance(event, yaml.CollectionEndEvent)
-            if depth > _MAX_DEPTH:
-                raise InputError(origin, *_TOO_DEEP)
-        loader = yaml.CSafeLoader(text)
-        node = loader.get_single_node()
-        _check_nodes(node, origin)
-        table = None if node is None else loader.construct_document(node)
-    except yaml.MarkedYAMLError as error:
-        if "nesting" in (error.problem or ""):  # newer ones of PyYAML look at it themselves
-            raise InputError(origin, *_TOO_DEEP) from None
-        mark = error.problem_mark
-        line = "" if mark is None else f", line {mark.line + 1}"
-        raise InputError(f"{origin}{line}", f"a syntax error: {error.problem}", "YAML") from None
-    except yaml.YAMLError as error:
-        raise InputError(origin, f"a syntax error: {error}", "YAML") from None
-    except (RecursionError, ValueError, OverflowError, TypeError) as error:
-        raise InputError(origin, f"a value that cannot be read: {error}", "YAML") from None
-    _check_values(table, origin)
-    if not isinstance(table, dict):
-        raise InputError(origin, f"{table!r:.80}", "a table of loops")
-    return table
-
-
-def _check_nodes(node: Any, origin: str) -> None:
-    """Raises InputError on a key that stands twice in a table, of which YAML takes the last, and
-    on numbers that take long to read.
-    """
-    waiting = [] if node is None else [node]
-    while waiting:
-        value, tag = waiting[-1].value, waiting.pop().tag
-        if isinstance(value, str):
-            if len(value) > _MAX_DIGITS and tag.endswith((":int", ":float")):
-                raise InputError(origin, f"a number of {len(value)} characters", "a shorter one")
-            continue
-        seen: set[str] = set()
-        for item in value:
-            if not isinstance(item, tuple):
-                waiting.append(item)
-                continue
-            waiting += item
-            key = item[0].value if isinstance(item[0].value, str) else ""
-            if key in seen:
-                place = f"{origin}, line {item[0].start_mark.line + 1}"
-                raise InputError(place, f"{key!r:.80} twice", "one value")
-            seen |= {key} if key else set()
-
-
-def _check_values(table: object, origin: str) -> None:
-    """Raises InputError on tables too deep to be meant, and on numbers too long to be written."""
-    level, depth = [table], 0
-    while level:
-        depth += 1
-        if depth > _MAX_DEPTH:
-            raise InputError(origin, *_TOO_DEEP)
-        inside: list[object] = []
-        for item in level:
-            if isinstance(item, dict):
-                inside += [*item.keys(), *item.values()]
-            elif isinstance(item, (list, tuple, set)):
-                inside += item
-            elif isinstance(item, int) and item.bit_length() > _MAX_BITS:
-                found = f"a whole number of {item.bit_length()} bits"
-                raise InputError(origin, found, f"at most {_MAX_BITS}")
-        level = inside
-
-
 def mechanism_from_table(table: Mapping[str, Any], origin: str) -> Mechanism:
     """A mechanism from the tables of its file; joints and bodies are tables by name.
 
     Raises InputError.
     """
-    data = spelt_out(table, origin)
+    data = expand_limbs(table, origin)
     for key in ("bodies", "joints"):
         if key not in data:
             raise InputError(origin, f"no table [{key}]", f"[{key}.NAME] tables")
@@ -323,7 +195,9 @@ def _listed(model: type[AnyModel], tables: object, place: str) -> tuple[AnyModel
     for name, table in _table(tables, place).items():
         inner = _table(table, f"{place}.{name}")
         if "name" in inner:
-            raise InputError(f"{place}.{name}", "a key 'name'", "the table's own name to be it")
+            raise InputError(
+                f"{place}.{name}", "a key 'name'", "none: the name of the table is used"
+            )
         made.append(validated(model, {"name": name, **inner}, f"{place}.{name}"))
     return tuple(made)
 
@@ -365,8 +239,8 @@ def load_motion(
     """A motion of the mechanism by name, or from a TOML or CSV file by path.
 
     driven: home position of each driven coordinate. rate: samples per second, of motions given
-    by laws. smoothing: standard deviation of the noise of recorded positions, SI. max_gap: the
-    longest step allowed in recorded data [s]. Raises InputError.
+    by laws. smoothing: standard deviation of the noise of sampled positions, SI. max_gap: the
+    longest step allowed between samples [s]. Raises InputError.
     """
     mechanism = graph.mechanism
     dimensions = {name: graph.dimension(graph.index(name, "driven")) for name in driven}
@@ -385,10 +259,14 @@ def load_motion(
         place = f"{path}: motion"
     else:
         if rate is not None:
-            raise InputError(str(path), "a rate for recorded data", "no rate: it has its own times")
+            raise InputError(
+                str(path),
+                "a rate for a motion given by samples",
+                "no rate: samples have their own times",
+            )
         return read_motion_csv(path, dimensions, smoothing=smoothing, max_gap=max_gap)
     for option, given in (("smoothing", smoothing), ("max_gap", max_gap)):
         if given is not None:
-            raise InputError(place, f"{option} for a motion given by laws", "recorded data")
+            raise InputError(place, f"{option} for a motion given by laws", "one given by samples")
     parameters = Parameters(mechanism.parameters, mechanism.where)
-    return from_table(table, name, parameters, driven, dimensions, place, rate=rate)
+    return motion_from_table(table, name, parameters, driven, dimensions, place, rate=rate)

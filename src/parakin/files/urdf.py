@@ -14,21 +14,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from parakin.algebra.spatial import IDENTITY, ZERO, Matrix, compose, transpose, turned
+from parakin.algebra.spatial import IDENTITY, NOWHERE, ZERO, Matrix, Pose, turned
 from parakin.errors import InputError, nearest
-from parakin.files.links import (
-    HERE,
-    Link,
-    about,
-    inverse,
-    mechanism_of,
-    numbers,
-    then,
-    unit_vector,
-    vector,
-)
-from parakin.model.graph import AXES, THETA, Placement
+from parakin.files.from_links import mechanism_of
+from parakin.files.links import Link
+from parakin.files.parsing import numbers
+from parakin.model.joints import THETA
 from parakin.model.mechanism import MAX_JOINTS, Mechanism
+from parakin.model.placement import AXES, about, unit, vector
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -46,8 +39,8 @@ _KINDS = {
 _FREEDOMS = {"revolute": 1, "prismatic": 1, "free": 6, "planar": 3, "spherical": 3, "universal": 2}
 _UNBOUNDED = 1000.0  # [m]: what URDF has to say for "no limit" of a slide
 _TREE = (
-    "Read from URDF, which tells no loops: an open tree. If the robot has loops, name the file "
-    "that tells them: --loops FILE."
+    "Read from a URDF without loops: an open tree. If the robot has loops, name the file that "
+    "specifies them: --loops FILE."
 )
 
 
@@ -92,7 +85,7 @@ def _base(names: Sequence[str], links: Sequence[Link], origin: str) -> str:
     children = [link.child for link in links]
     twice = next((name for name in children if children.count(name) > 1), None)
     if twice is not None:
-        expected = "one; loops are told by <loop>, <loop_joint> or a file of their own"
+        expected = "one; loops are specified by <loop>, <loop_joint> or a separate file"
         raise InputError(f"{origin}: link {twice!r}", "two parents", expected)
     roots = [name for name in names if name not in children]
     if len(roots) != 1:
@@ -113,7 +106,7 @@ def _joints(
         place = f"{origin}, line {element.sourceline}: joint {name!r}"
         kind = _kind(element, place)
         parent, child = (_end(element, role, names, place) for role in ("parent", "child"))
-        F, M = then(_origin(element.find("origin"), place), _axis(element, kind, place)), HERE
+        F, M = _origin(element.find("origin"), place) @ _axis(element, kind, place), NOWHERE
         if kind in ("revolute", "prismatic", "planar"):
             M = _axis(element, kind, place)
         links.append(
@@ -135,8 +128,7 @@ def _joints(
             raise InputError(
                 f"{origin}: joint {screw.name!r}",
                 f"a joint that mimics {screw.parent!r}",
-                "joints that move on their own, slides of screws, or loops instead: "
-                "parakin knows no gears",
+                "independent joints, slides of screws, or loops instead: gears are not supported",
             )
     return links, screws
 
@@ -158,14 +150,14 @@ def _end(element: _Element, role: str, names: Sequence[str], place: str) -> str:
     return str(name)
 
 
-def _origin(element: _Element | None, place: str) -> Placement:
+def _origin(element: _Element | None, place: str) -> Pose[float]:
     if element is None:
-        return HERE
+        return NOWHERE
     p = vector(numbers(element.get("xyz"), 3, ZERO, f"{place}: xyz"))
-    return Placement(rotation(numbers(element.get("rpy"), 3, ZERO, f"{place}: rpy")), p)
+    return Pose(rotation(numbers(element.get("rpy"), 3, ZERO, f"{place}: rpy")), p)
 
 
-def rotation(rpy: Sequence[float]) -> Matrix:
+def rotation(rpy: Sequence[float]) -> Matrix[float]:
     """Turns about the fixed x, y and z axes, one after the other."""
     R = IDENTITY
     for axis, angle in reversed(list(enumerate(rpy))):
@@ -174,13 +166,13 @@ def rotation(rpy: Sequence[float]) -> Matrix:
     return R
 
 
-def _axis(element: _Element, kind: str, place: str) -> Placement:
+def _axis(element: _Element, kind: str, place: str) -> Pose[float]:
     """A frame whose z is the joint's axis."""
     if kind not in ("revolute", "prismatic", "planar"):
-        return HERE
+        return NOWHERE
     axis = element.find("axis")
     values = numbers(None if axis is None else axis.get("xyz"), 3, (1.0, 0.0, 0.0), place)
-    return Placement(about(unit_vector(values, f"{place}: axis")), ZERO)
+    return Pose(about(unit(vector(values), f"{place}: axis")), ZERO)
 
 
 def _limits(element: _Element, kind: str, place: str) -> tuple[float, float] | None:
@@ -202,7 +194,7 @@ def _loops(root: _Element, names: Sequence[str], origin: str) -> list[Link]:
         name = _name(element, origin)
         place = f"{origin}, line {element.sourceline}: loop {name!r}"
         if element.tag == "coupling":
-            raise InputError(place, "a <coupling>", "loops: parakin knows no gears")
+            raise InputError(place, "a <coupling>", "loops: gears are not supported")
         kind = _kind(element, place)
         sides: list[_Element | None]
         if element.tag == "loop":
@@ -218,7 +210,7 @@ def _loops(root: _Element, names: Sequence[str], origin: str) -> list[Link]:
             link = "" if side is None else side.get("link") or ""
             if link not in names:
                 raise InputError(place, f"unknown link {link!r}", nearest(link, names))
-            ends.append((link, then(_origin(at, place), _axis(element, kind, place))))
+            ends.append((link, _origin(at, place) @ _axis(element, kind, place)))
         (a, F), (b, M) = ends
         found.append(Link(name, kind, a, b, F, M))
     return found
@@ -313,23 +305,23 @@ def _closures(
         point = _triple(closure.get("point"), f"{where}.point")
         R, kind = IDENTITY, "spherical"
         if closure.get("axis") is not None:
-            axis = unit_vector(_triple(closure["axis"], f"{where}.axis"), f"{where}.axis")
+            axis = unit(vector(_triple(closure["axis"], f"{where}.axis")), f"{where}.axis")
             R, kind = about(axis), "revolute"
-        F, M = (then(inverse(poses[name]), Placement(R, vector(point))) for name in ends)
+        F, M = (poses[name].inverse @ Pose(R, vector(point)) for name in ends)
         loops.append(Link(f"loop{k + 1}", kind, ends[0], ends[1], F, M))
     return loops
 
 
-def _poses(links: Sequence[Link], base: str) -> dict[str, Placement]:
+def _poses(links: Sequence[Link], base: str) -> dict[str, Pose[float]]:
     """Every link's pose in the root's frame, all joints at zero."""
-    poses = {base: HERE}
+    poses = {base: NOWHERE}
     waiting = list(links)
     while waiting:
         ready = [link for link in waiting if link.parent in poses]
         if not ready:
             break
         for link in ready:
-            poses[link.child] = then(then(poses[link.parent], link.F), inverse(link.M))
+            poses[link.child] = poses[link.parent] @ link.F @ link.M.inverse
         waiting = [link for link in waiting if link.child not in poses]
     return poses
 
@@ -355,16 +347,16 @@ def _moved(link: Link, kind: str | None) -> Link:
     """A joint as the file of loops has it, in the frame that it has in the URDF."""
     if kind is None:
         return link
-    F = then(link.F, inverse(link.M))  # less the frame of its own axis
+    F = link.F @ link.M.inverse  # less the frame of its own axis
     if kind == "FIXED":
         return Link(link.name, "fixed", link.parent, link.child, F)
     if kind == "SPHERICAL":
-        return Link(link.name, "spherical", link.parent, link.child, F, HERE, (0.0,) * 3)
+        return Link(link.name, "spherical", link.parent, link.child, F, NOWHERE, (0.0,) * 3)
     first, second = (np.eye(3)[AXES[letter]] for letter in kind[-2:].lower())
     rows = (second, np.cross(first, second), first)
-    R = transpose((vector(rows[0]), vector(rows[1]), vector(rows[2])))
-    M = Placement(compose(R, THETA), ZERO)
-    F = Placement(compose(F.R, R), F.p)
+    R = Matrix((vector(rows[0]), vector(rows[1]), vector(rows[2]))).T
+    M = Pose(R @ THETA, ZERO)
+    F = Pose(F.R @ R, F.p)
     return Link(link.name, "universal", link.parent, link.child, F, M, (0.0,) * 2)
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from parakin.errors import InputError, nearest, reason
+from parakin.errors import InputError, nearest, not_installed, reason
 
 
 def check_suffix(path: Path, suffixes: Sequence[str], needs: Mapping[str, str], extra: str) -> None:
@@ -22,15 +22,13 @@ def check_suffix(path: Path, suffixes: Sequence[str], needs: Mapping[str, str], 
         raise InputError(str(path), found, nearest(path.suffix, suffixes))
     for module, library in needs.items():
         if importlib.util.find_spec(module) is None:
-            raise InputError(
-                str(path), f"{library} not installed", f"pip install 'parakin[{extra}]'"
-            )
+            raise not_installed(str(path), library, extra)
 
 
 def check_writable(path: Path) -> None:
     """Raises InputError where `path` cannot be written, before anything is computed for it."""
     target = _target(path)
-    with _told(path), tempfile.TemporaryFile(dir=target.parent):
+    with _as_input_error(path), tempfile.TemporaryFile(dir=target.parent):
         pass
 
 
@@ -41,7 +39,7 @@ def replacing(path: Path) -> Iterator[Path]:
     A link is followed. Raises InputError where it cannot be written.
     """
     target = _target(path)
-    with _told(path):
+    with _as_input_error(path):
         handle, name = tempfile.mkstemp(
             dir=target.parent, prefix=f".{target.stem[:100]}-", suffix=target.suffix
         )
@@ -58,7 +56,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _as_input_error(path: Path) -> Iterator[None]:
     """What the system says against `path`, as InputError."""
     try:
         yield
@@ -69,12 +67,12 @@ def _told(path: Path) -> Iterator[None]:
 def _target(path: Path) -> Path:
     """The file that `path` or the link there stands for. Raises InputError if it is none."""
     try:
-        with _told(path):
+        with _as_input_error(path):
             target = path.resolve()
             if target.is_dir():
                 raise InputError(str(path), "a folder", "a file to write")
             if target.exists() and not target.is_file():
-                raise InputError(str(path), "a device or the like", "a file to write")
+                raise InputError(str(path), "a special file, such as a device", "a file to write")
             return target
     except (ValueError, RuntimeError) as error:  # a null character, a loop of links
         raise InputError(repr(str(path)), str(error), "a path") from None

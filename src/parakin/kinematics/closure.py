@@ -16,7 +16,8 @@ from typing import ClassVar, Literal, NamedTuple, Protocol
 from parakin.algebra.spatial import ZERO, Scalar, Vector, add, cross, dot, mul, sub
 from parakin.kinematics.loops import Ends, gap_acceleration, gap_velocity
 from parakin.kinematics.recursion import Axis, Circuits, pair_velocity
-from parakin.model.graph import Graph, GraphJoint, Tree
+from parakin.model.graph import Graph, Tree
+from parakin.model.joints import GraphJoint
 
 AxisOf = Callable[[int], Axis]  # of a coordinate
 

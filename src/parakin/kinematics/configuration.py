@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 
 from parakin.algebra.angles import nearest_angle
-from parakin.algebra.spatial import ARRAYS, FLOATS, ZERO, as_float
+from parakin.algebra.spatial import ARRAYS, FLOATS, ZERO, Pose, as_float
 from parakin.arrays import FloatArray
 from parakin.kinematics import loops
 from parakin.kinematics.closure import Row, all_rows
@@ -38,6 +39,10 @@ class Configuration:
     circuits: Circuits
     ends: tuple[loops.Ends, ...]
     turned: dict[tuple[int, int], list[tuple[Circuits, loops.Ends]]] = field(default_factory=dict)
+
+    def pose(self, body: int) -> Pose[float]:
+        """X_WB of a body."""
+        return cast("Pose[float]", self.circuits.pose(body))
 
 
 def circuits_at(graph: Graph, tree: Tree, q: Sequence[float] | FloatArray) -> Circuits:

@@ -8,7 +8,7 @@ from parakin.algebra.spatial import Functions, Matrix, Scalar, Vector, add, cros
 from parakin.kinematics.closure import Perpendicular, slide_acceleration, slide_rate
 from parakin.kinematics.loops import Ends
 from parakin.kinematics.recursion import Circuits
-from parakin.model.graph import GraphJoint
+from parakin.model.joints import GraphJoint
 
 
 class Reading(NamedTuple):

@@ -24,7 +24,8 @@ from parakin.algebra.spatial import (
     mul,
     turned,
 )
-from parakin.model.graph import Graph, GraphJoint, Pair, Tree
+from parakin.model.graph import Graph, Tree
+from parakin.model.joints import GraphJoint, Pair
 
 
 class Twist(NamedTuple):

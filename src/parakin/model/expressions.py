@@ -266,7 +266,7 @@ class Parameters:
         except (TypeError, ValueError):
             raise InputError(place, repr(text), "a number or an expression") from None
         except OverflowError:
-            raise InputError(place, "a number beyond range", "a finite number") from None
+            raise InputError(place, "a number out of range", "a finite number") from None
         if not math.isfinite(value):
             raise InputError(place, f"{value}", "a finite number")
         return _Quantity(value, BARE)
@@ -301,7 +301,7 @@ class Parameters:
         expected = "a finite number"
         try:
             if "#" in text:
-                raise _Refusal("it holds a #, which would hide what follows")
+                raise _Refusal("it contains a #, which would hide the rest")
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # Python's, about text that is refused below
                 tree = ast.parse(_QUANTITY.sub(mark, text).strip(), mode="eval")

@@ -32,7 +32,7 @@ class _Limb(Table):
     symbols: Mapping[str, Any] = {}
 
 
-def spelt_out(table: Mapping[str, Any], origin: str) -> dict[str, Any]:
+def expand_limbs(table: Mapping[str, Any], origin: str) -> dict[str, Any]:
     """The tables of a file with its `[limbs]` written out limb by limb.
 
     Raises InputError on limbs of the wrong form, lists of the wrong length, names used twice.

@@ -2,7 +2,7 @@
 
 The same types are read from TOML and built in Python. Any length or angle may be a number (SI),
 a quantity ("850 mm") or an expression in the parameters ("d2 + d3 + d4"). Names are checked
-here; numbers are evaluated where the joint graph is made (`parakin.model.graph`).
+here; numbers are evaluated where the joint graph is made (`parakin.model.evaluation`).
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def _parameter(name: str) -> str:
     if not (is_parameter_name(name) and re.fullmatch(r"[A-Za-z]\w{0,63}", name, re.ASCII)):
         raise ValueError(
             "a name that expressions can use: a letter, then letters, digits and _, at most 64; "
-            "not pi, a function or a word of Python's"
+            "not pi, a function or a Python keyword"
         )
     return name
 
@@ -109,7 +109,7 @@ class Joint(Table):
     which of several coordinates a motor moves: (2,) is the second.
     """
 
-    unsaid = frozenset({"name"})
+    set_by_reader = frozenset({"name"})
 
     name: Name
     kind: Kind
@@ -135,7 +135,7 @@ class BodyMesh(Table):
 class Body(Table):
     """A rigid body and points on it, in its own frame, and its shape for pictures."""
 
-    unsaid = frozenset({"name"})
+    set_by_reader = frozenset({"name"})
 
     name: Name
     points: Mapping[Name, Triple] = {}
@@ -162,7 +162,7 @@ class Mechanism(Table):
     Raises InputError on names that do not exist, duplicates and disconnected bodies.
     """
 
-    unsaid = frozenset({"origin"})
+    set_by_reader = frozenset({"origin"})
 
     name: MechanismName
     title: str = ""
@@ -242,11 +242,11 @@ def _check_names(mechanism: Mechanism) -> None:
                 raise InputError(f"{place}.{role}", f"unknown body {name!r}", nearest(name, bodies))
         for key, kind in (("pitch", "helical"), ("length", "rod")):
             if (getattr(joint, key) is None) == (joint.kind == kind):
-                there = "no" if joint.kind == kind else "a"
+                having = "without" if joint.kind == kind else "with"
                 raise InputError(
                     f"{place}.{key}",
-                    f"{there} {key} of a {joint.kind} joint",
-                    f"a {key} of every {kind} joint and of no other",
+                    f"a {joint.kind} joint {having} a {key}",
+                    f"a {key} for every {kind} joint and for no other",
                 )
         if joint.parent == joint.child:
             raise InputError(place, f"{joint.parent!r} joined to itself", "two different bodies")
@@ -299,7 +299,7 @@ def _check_connected(mechanism: Mechanism, bodies: set[str]) -> None:
     if loose:
         raise InputError(
             f"{mechanism.where}: bodies",
-            f"{', '.join(loose)} held by rods alone",
+            f"{', '.join(loose)} held only by rods",
             "another joint to every body, or the platform: rods have no coordinates to place it by",
         )
 

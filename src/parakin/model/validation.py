@@ -25,7 +25,7 @@ _EXPECTED = (
 _SCALARS = ("int", "float", "str")
 
 
-class _Telling(ModelMetaclass):
+class _RaisesInputError(ModelMetaclass):
     """Makes models whose construction in Python fails with an InputError too."""
 
     def __call__(self, /, **data: Any) -> Any:
@@ -36,13 +36,13 @@ class _Telling(ModelMetaclass):
             raise input_error(error, f"{place}:", data) from None
 
 
-class Table(BaseModel, metaclass=_Telling):
+class Table(BaseModel, metaclass=_RaisesInputError):
     """A table that has the declared keys and no others, its values of the declared types.
 
     Raises InputError where it has not.
     """
 
-    unsaid: ClassVar[frozenset[str]] = frozenset()  # keys that a file leaves to its reader
+    set_by_reader: ClassVar[frozenset[str]] = frozenset()  # keys that a file leaves to its reader
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
@@ -53,7 +53,7 @@ class Table(BaseModel, metaclass=_Telling):
         keys = {f.alias or name: f.is_required() for name, f in cls.model_fields.items()}
         given = data if isinstance(data, Mapping) else keys
         if unknown := [key for key in given if key not in keys]:
-            known = [key for key in keys if key not in cls.unsaid or key not in given]
+            known = [key for key in keys if key not in cls.set_by_reader or key not in given]
             raise _finding(f"unknown key {unknown[0]!r}", nearest(str(unknown[0]), known))
         missing = [key for key, needed in keys.items() if needed and key not in given]
         if missing:

@@ -59,7 +59,7 @@ class Course:
         being one; the first `most` of them.
         """
         if self._motion.between is None:
-            return self._recorded_steps(after, until, most)
+            return self._sample_steps(after, until, most)
         ends = [np.array(self._motion.knots[:1])] if after < self._motion.knots[0] else []
         found = len(ends)
         for begin, end, count in self._pieces:
@@ -88,7 +88,7 @@ class Course:
             values[order] = rows
         return values
 
-    def _recorded_steps(self, after: float, until: float, most: int) -> FloatArray:
+    def _sample_steps(self, after: float, until: float, most: int) -> FloatArray:
         first, last = self._block_of(after), self._block_of(until)
         found: list[FloatArray] = []
         total = (self._motion.count - 1) // _BLOCK + 1

@@ -10,16 +10,14 @@ from numpy.typing import ArrayLike
 
 from parakin.arrays import FloatArray
 from parakin.errors import InputError
-from parakin.motion.motion import (
-    MAX_SAMPLES,
+from parakin.motion.checks import (
     SLACK,
-    Motion,
-    Samples,
     checked_array,
-    quintic,
     refuse_non_finite,
     refuse_unless_positive,
 )
+from parakin.motion.motion import MAX_SAMPLES, Motion, Samples
+from parakin.motion.splines import quintic
 
 Law = Callable[[FloatArray], tuple[FloatArray, ...]]
 """Times (n,) [s] to position and its exact derivatives (n,): velocity, acceleration and jerk.

@@ -8,16 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from parakin.arrays import ORDERS, BoolArray, FloatArray
+from parakin.arrays import FloatArray
 from parakin.errors import InputError, nearest
+from parakin.motion.checks import refuse_repeated
 
 MAX_SAMPLES = 10**9
-SLACK = 1e-9  # relative; ends computed from decimal times miss each other by rounding
 
 
 class Samples(NamedTuple):
@@ -91,64 +90,3 @@ class Motion:
             window=lambda start, stop: sorted_(self.window(start, stop)),
             between=None if between is None else lambda time: sorted_(between(time)),
         )
-
-
-def quintic(t: FloatArray, x: FloatArray, place: str, ends: Any = None) -> Any:
-    """The quintic spline (scipy's BSpline) through x (n,) at t (n,)."""
-    from scipy.interpolate import make_interp_spline  # here, as it takes long to import
-
-    step = np.diff(t)
-    if not step.max() <= 1e4 * step.min():  # beyond, it may swing wildly between the samples
-        found = f"steps from {step.min():g} s to {step.max():g} s"
-        raise InputError(place, found, "steps within a factor of 10,000, for a spline")
-    return make_interp_spline(t, x, k=5, bc_type=ends)
-
-
-def increasing(t: FloatArray, rows: FloatArray, place: str) -> BoolArray:
-    """Which samples to keep: all but repeats. Refuses times that do not increase."""
-    step = np.diff(t)
-    repeats = (step == 0) & (rows[:, :, 1:] == rows[:, :, :-1]).all(axis=(0, 1))
-    wrong = np.flatnonzero((step <= 0) & ~repeats)
-    if len(wrong):
-        i = int(wrong[0]) + 1
-        found = f"{t[i]:.9g} s after {t[i - 1]:.9g} s"
-        expected = "a later time, or all values the same as before"
-        raise InputError(f"{place}, time of sample {i}", found, expected)
-    kept = np.ones(len(t), dtype=np.bool_)
-    kept[1:] = ~repeats
-    return kept
-
-
-def checked_array(values: ArrayLike, place: str, shape: tuple[int, ...]) -> FloatArray:
-    """A copy of `values`, of `shape` (-1: any length)."""
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(place, str(error), "numbers") from None
-    if array.ndim != len(shape) or shape not in (array.shape, (-1,)):
-        raise InputError(place, f"an array of shape {array.shape}", f"{shape}".replace("-1", "n"))
-    return array
-
-
-def refuse_non_finite(
-    t: FloatArray, rows: FloatArray, coordinates: Sequence[str], place: str
-) -> None:
-    """Refuse times (n,) or rows (quantities, k, n) that hold NaN or infinity."""
-    if not np.isfinite(t).all():
-        i = int(np.argmin(np.isfinite(t)))
-        raise InputError(f"{place}, time of sample {i}", f"{t[i]}", "a finite number")
-    if not np.isfinite(rows).all():
-        quantity, row, i = np.argwhere(~np.isfinite(rows))[0]
-        where = f"{place}, {ORDERS[quantity]} of {coordinates[row]!r}"
-        found = f"{rows[quantity, row, i]} at t = {t[i]:.9g} s (sample {i})"
-        raise InputError(where, found, "a finite number")
-
-
-def refuse_repeated(coordinates: Sequence[str], place: str) -> None:
-    if not coordinates or len(set(coordinates)) < len(coordinates):
-        raise InputError(place, f"coordinates {list(coordinates)}", "one or more, each once")
-
-
-def refuse_unless_positive(value: float, place: str) -> None:
-    if not 0 < value < np.inf:
-        raise InputError(place, f"{value:g}", "a positive number")

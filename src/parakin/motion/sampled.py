@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from parakin.arrays import ORDERS, FloatArray
 from parakin.errors import InputError, nearest
-from parakin.motion.motion import (
+from parakin.motion.checks import (
     SLACK,
-    Motion,
-    Samples,
     checked_array,
     increasing,
-    quintic,
     refuse_non_finite,
     refuse_repeated,
     refuse_unless_positive,
 )
+from parakin.motion.motion import Motion, Samples
+from parakin.motion.splines import differentiated
 
 _JERKS = 24  # samples; fewer may leave a jerk, which can jump, too coarse to be judged
 
@@ -53,16 +51,8 @@ def from_arrays(
     place = f"motion {name!r}"
     refuse_repeated(coordinates, place)
     noise = _noise(smoothing, coordinates, place)
-    if (velocity is None) != (acceleration is None):
-        lone = "velocity" if acceleration is None else "acceleration"
-        raise InputError(place, f"{lone} alone", "both velocity and acceleration, or neither")
-    if jerk is not None and velocity is None:
-        raise InputError(place, "jerk alone", "velocity and acceleration with it")
-    if noise and velocity is not None:
-        raise InputError(place, "velocity and smoothing", "positions alone to be smoothed")
-
+    given = _given([position, velocity, acceleration, jerk], bool(noise), place)
     t = checked_array(time, f"{place}, time", (-1,))
-    given = [array for array in (position, velocity, acceleration, jerk) if array is not None]
     rows = np.empty((len(given), len(coordinates), len(t)))
     for order, array in enumerate(given):
         rows[order] = checked_array(array, f"{place}, {ORDERS[order]}", rows.shape[1:])
@@ -73,18 +63,12 @@ def from_arrays(
     if len(t) < needed:
         raise InputError(place, f"{len(t)} samples", f"at least {needed}")
     _refuse_gaps(t, max_gap, place)
-
     if velocity is None:
-        rows = _differentiated(t, rows[0], coordinates, noise, place)
-        told = ", ".join(f"{key} {deviation:g}" for key, deviation in noise.items())
-        derivatives = f"smoothed quintic spline (noise {told})" if noise else "quintic spline"
+        rows = differentiated(t, rows[0], coordinates, noise, place)
+        derivatives = _spline_name(noise)
     else:
+        _refuse_contradictions(t, rows, coordinates, place)
         derivatives = "given"
-        for row, coordinate in enumerate(coordinates):
-            checked = len(rows) if len(t) >= _JERKS else min(len(rows), 3)
-            for order in range(1, checked):
-                where = f"{place}, {ORDERS[order]} of {coordinate!r}"
-                _refuse_contradiction(t, rows[order - 1, row], rows[order, row], where)
     if not kept.all():
         derivatives += f"; repeated samples dropped: {np.sum(~kept)}"
 
@@ -92,6 +76,19 @@ def from_arrays(
         return Samples(t[start:stop].copy(), *(row[:, start:stop].copy() for row in rows))
 
     return Motion(name, tuple(coordinates), len(t), window, derivatives)
+
+
+def _given(arrays: Sequence[ArrayLike | None], smoothed: bool, place: str) -> list[ArrayLike]:
+    """Those of position and its three derivatives that are given, if they go together."""
+    _, velocity, acceleration, jerk = arrays
+    if (velocity is None) != (acceleration is None):
+        lone = "velocity" if acceleration is None else "acceleration"
+        raise InputError(place, f"{lone} alone", "both velocity and acceleration, or neither")
+    if jerk is not None and velocity is None:
+        raise InputError(place, "jerk alone", "velocity and acceleration with it")
+    if smoothed and velocity is not None:
+        raise InputError(place, "velocity and smoothing", "positions alone to be smoothed")
+    return [array for array in arrays if array is not None]
 
 
 def _noise(
@@ -110,51 +107,11 @@ def _noise(
     return dict(smoothing)
 
 
-def _differentiated(
-    t: FloatArray,
-    position: FloatArray,
-    coordinates: Sequence[str],
-    noise: Mapping[str, float],
-    place: str,
-) -> FloatArray:
-    """Position, velocity, acceleration and jerk (4, k, n) of splines for positions (k, n)."""
-    u = t - t[0]  # counted from long ago, the times would cost the spline digits
-    rows = np.repeat(position[np.newaxis], 4, axis=0)
-    for row, coordinate in enumerate(coordinates):
-        where = f"{place}, {coordinate!r}"
-        if coordinate in noise:
-            spline = _smoothed(u, position[row], noise[coordinate], where)
-            rows[0, row] = spline(u)
-        else:
-            spline = quintic(u, position[row], where)
-        for order in (1, 2, 3):
-            rows[order, row] = spline(u, order)
-    refuse_non_finite(t, rows, coordinates, place)
-    return rows
-
-
-def _smoothed(t: FloatArray, x: FloatArray, deviation: float, place: str) -> Any:
-    """The stiffest quintic spline (scipy's BSpline) that leaves no more than the noise.
-
-    Splines are fitted by least squares, each with twice as many intervals as the last, of
-    equally many samples; the first is taken whose residual variance is deviation² or above it
-    by less than three standard errors. (FITPACK's smoothing, its sum of squares set to
-    n deviation², follows the noise once `deviation` is a little too small.)
-    """
-    from scipy.interpolate import BSpline, splrep
-
-    intervals, variance = 1, 0.0
-    while 4 * (intervals + 5) <= len(t):  # four samples per coefficient tell noise from motion
-        inner = t[np.arange(1, intervals) * (len(t) - 1) // intervals]
-        # FITPACK's own least squares: make_lsq_spline's time grows with samples times intervals.
-        spline = BSpline(*splrep(t, x, k=5, t=inner, task=-1))
-        freedom = len(t) - intervals - 5
-        variance = np.sum((spline(t) - x) ** 2) / freedom
-        if variance <= deviation**2 * (1 + 3 * np.sqrt(2 / freedom)):
-            return spline
-        intervals *= 2
-    found = f"smoothing {deviation:g} where the noise is about {np.sqrt(variance):.2g}"
-    raise InputError(place, found, "the noise's standard deviation, or more samples")
+def _spline_name(noise: Mapping[str, float]) -> str:
+    if not noise:
+        return "quintic spline"
+    deviations = ", ".join(f"{key} {deviation:g}" for key, deviation in noise.items())
+    return f"smoothed quintic spline (noise {deviations})"
 
 
 def _refuse_gaps(t: FloatArray, max_gap: float | None, place: str) -> None:
@@ -168,6 +125,17 @@ def _refuse_gaps(t: FloatArray, max_gap: float | None, place: str) -> None:
     if step[longest] > limit * (1 + SLACK):
         found = f"a step of {step[longest]:g} s after sample {longest} (t = {t[longest]:.9g} s)"
         raise InputError(place, found, f"at most {limit:g} s ({of}); a larger max_gap allows it")
+
+
+def _refuse_contradictions(
+    t: FloatArray, rows: FloatArray, coordinates: Sequence[str], place: str
+) -> None:
+    """Refuse rows (quantities, k, n) one of which is not the derivative of the one before it."""
+    checked = len(rows) if len(t) >= _JERKS else min(len(rows), 3)
+    for row, coordinate in enumerate(coordinates):
+        for order in range(1, checked):
+            where = f"{place}, {ORDERS[order]} of {coordinate!r}"
+            _refuse_contradiction(t, rows[order - 1, row], rows[order, row], where)
 
 
 def _refuse_contradiction(t: FloatArray, x: FloatArray, v: FloatArray, place: str) -> None:

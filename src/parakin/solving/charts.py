@@ -25,7 +25,8 @@ from parakin.kinematics.configuration import (
     full_screws,
     loop_signs,
 )
-from parakin.model.graph import GraphJoint, Tree
+from parakin.model.graph import Tree
+from parakin.model.joints import GraphJoint
 from parakin.motion.motion import Samples
 from parakin.planning.ordering import plan_of
 from parakin.planning.plan import Plan

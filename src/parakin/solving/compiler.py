@@ -14,8 +14,9 @@ from parakin.kernel.backends import has_machine_code
 from parakin.kernel.rows import Outputs
 from parakin.kinematics.assembly import CLOSED, assembled, close
 from parakin.kinematics.configuration import Configuration
+from parakin.model.evaluation import graph_of
 from parakin.model.expressions import Value
-from parakin.model.graph import Graph, graph_of
+from parakin.model.graph import Graph
 from parakin.model.mechanism import Mechanism
 from parakin.planning.ordering import plan_of
 from parakin.planning.plan import Plan

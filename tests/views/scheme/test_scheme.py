@@ -13,7 +13,7 @@ import pytest
 
 from parakin.cli.main import main
 from parakin.files.reading import catalogue, load
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 from parakin.model.mechanism import Body, Frame, Joint, Mechanism
 from parakin.views.scheme import symbols
 from parakin.views.scheme.dimensioning import lengths, parameters

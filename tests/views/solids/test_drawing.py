@@ -9,7 +9,7 @@ from random_mechanisms import Example, examples
 
 import parakin
 from parakin.kinematics.assembly import assembled
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 from parakin.views.solids.drawing import Drawing, drawing_of
 from parakin.views.solids.painting import Painter
 from parakin.views.solids.shapes import Bar, Mesh, mesh, spread

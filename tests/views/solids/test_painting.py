@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from parakin.files.reading import catalogue, load
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 from parakin.views.solids.drawing import drawing_of
 from parakin.views.solids.painting import Painter, picture
 from parakin.views.solids.shapes import Ball, Bar, Block, Form, Mesh, Plate, mesh

@@ -7,7 +7,7 @@ import io
 
 import numpy as np
 
-from parakin.files.links import not_installed
+from parakin.errors import not_installed
 from parakin.views.browser.repertoire import Shown, Take
 from parakin.views.browser.scene import Scene
 

@@ -15,11 +15,14 @@ import numpy as np
 
 from parakin.arrays import FloatArray
 from parakin.errors import InputError, ParakinError
-from parakin.files.reading import catalogue, load, read_bytes
+from parakin.files.parsing import read_bytes
+from parakin.files.reading import catalogue, load
 from parakin.files.writing import check_suffix
+from parakin.model.evaluation import graph_of
 from parakin.model.expressions import Parameters, Value
-from parakin.model.graph import Graph, graph_of, placement
+from parakin.model.graph import Graph
 from parakin.model.mechanism import Mechanism
+from parakin.model.placement import placement_of
 from parakin.solving.compiler import compile as compile_mechanism
 from parakin.solving.solver import Solver
 from parakin.solving.status import SOLVED, Status
@@ -157,7 +160,9 @@ class Repertoire:
                 continue
             place = f"{graph.mechanism.where}: bodies.{body.name}.mesh"
             solid = read_mesh(path)
-            at = placement(body.mesh.on_body, Parameters(graph.mechanism.parameters, place), place)
+            at = placement_of(
+                body.mesh.on_body, Parameters(graph.mechanism.parameters, place), place
+            )
             vertices = body.mesh.scale * solid.vertices @ np.array(at.R, dtype=float).T + at.p
             found[body.name] = solid._replace(vertices=vertices)
         if not left:

@@ -16,8 +16,7 @@ from collections.abc import Iterator
 from typing import Any
 from urllib.parse import urlsplit
 
-from parakin.errors import InputError, ParakinError, reason
-from parakin.files.links import not_installed
+from parakin.errors import InputError, ParakinError, not_installed, reason
 from parakin.views.browser.captions import plain
 from parakin.views.browser.repertoire import Repertoire, Shown
 from parakin.views.browser.session import Session

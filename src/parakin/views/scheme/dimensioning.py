@@ -11,8 +11,9 @@ import numpy as np
 
 from parakin.arrays import FloatArray
 from parakin.errors import InputError
+from parakin.model.evaluation import graph_of
 from parakin.model.expressions import ANGLE, LENGTH, Parameters
-from parakin.model.graph import Graph, graph_of
+from parakin.model.graph import Graph
 from parakin.model.mechanism import Mechanism
 from parakin.views.solids.drawing import Drawing
 

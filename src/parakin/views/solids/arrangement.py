@@ -12,10 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parakin.algebra.spatial import Pose
 from parakin.arrays import FloatArray
 from parakin.kinematics.assembly import assembled
 from parakin.kinematics.configuration import configure
-from parakin.model.graph import Graph, GraphJoint, Placement
+from parakin.model.graph import Graph
+from parakin.model.joints import GraphJoint
 
 SLIDES = ("prismatic", "cylindrical", "helical")
 NEAR = 1e-6  # of the mechanism's size: places that coincide
@@ -207,6 +209,6 @@ def layout_of(graph: Graph, q: FloatArray | None = None) -> Layout:
     return Layout(graph, tuple(poses), home.q)
 
 
-def point_of(place: Placement) -> FloatArray:
+def point_of(place: Pose) -> FloatArray:
     """A place's point (3,)."""
     return np.array(place.p, dtype=float)

@@ -107,7 +107,7 @@ def _netcdf(windows: Iterable[xr.Dataset], path: Path) -> None:
 
     iterator: Iterator[xr.Dataset] = iter(windows)
     first = next(iterator)
-    with _Patient(path, "w+") as stream, h5netcdf.File(stream, "w") as file:
+    with _DeferredFailure(path, "w+") as stream, h5netcdf.File(stream, "w") as file:
         file.dimensions = {
             str(name): None if name == "time" else size for name, size in first.sizes.items()
         }
@@ -139,12 +139,12 @@ def _netcdf(windows: Iterable[xr.Dataset], path: Path) -> None:
         _append(file, first, 0)
         total = first.sizes["time"]
         for ds in iterator:
-            stream.tell_failure()
+            stream.raise_failure()
             _append(file, ds, total)
             total += ds.sizes["time"]
 
 
-class _Patient(io.FileIO):
+class _DeferredFailure(io.FileIO):
     """A file for HDF5, which crashes where a write fails: the failure is kept, to be told after."""
 
     _failure: OSError | None = None
@@ -168,9 +168,9 @@ class _Patient(io.FileIO):
 
     def __exit__(self, *error: object) -> None:
         self.close()
-        self.tell_failure()
+        self.raise_failure()
 
-    def tell_failure(self) -> None:
+    def raise_failure(self) -> None:
         if self._failure is not None:
             raise self._failure
 

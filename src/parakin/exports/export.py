@@ -8,7 +8,7 @@ from pathlib import Path
 
 from parakin.errors import InputError
 from parakin.files.writing import check_writable, replacing
-from parakin.model.graph import graph_of
+from parakin.model.evaluation import graph_of
 from parakin.model.mechanism import Mechanism
 
 SUFFIXES = (".xml", ".urdf", ".c")
@@ -39,10 +39,12 @@ def export(mechanism: Mechanism, path: Path, driven: Sequence[str] | None = None
     paths = check_export(path)
     suffix = path.suffix.lower()
     if driven is not None and suffix != ".c":
-        raise InputError("--driven", f"a choice for {suffix}", "one for .c: models solve for any")
+        raise InputError(
+            "--driven", f"a choice for {suffix}", "one for .c; models can be solved for any"
+        )
     texts: tuple[str, ...]
     if suffix == ".c":
-        from parakin.exports.c99 import c_code
+        from parakin.exports.c99.code import c_code
 
         texts = c_code(mechanism, path.stem, driven)
     elif suffix == ".urdf":

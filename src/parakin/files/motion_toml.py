@@ -10,6 +10,7 @@ from pydantic import Field
 from parakin.errors import InputError, nearest
 from parakin.model.expressions import ANGLE, FREQUENCY, TIME, Dimension, Parameters, Value
 from parakin.model.validation import Table, validated
+from parakin.motion.checks import SLACK, refuse_unless_positive
 from parakin.motion.laws import (
     Law,
     chirp,
@@ -22,7 +23,7 @@ from parakin.motion.laws import (
     sines,
     waypoints,
 )
-from parakin.motion.motion import SLACK, Motion, refuse_unless_positive
+from parakin.motion.motion import Motion
 
 
 class _Constant(Table):
@@ -83,7 +84,7 @@ class _MotionTable(Table):
     laws: dict[str, _LawTable] = Field(default_factory=dict)
 
 
-def flatten(table: Mapping[str, Any], place: str) -> dict[str, Any]:
+def laws_by_coordinate(table: Mapping[str, Any], place: str) -> dict[str, Any]:
     """Law tables by coordinate, `platform.x` being x inside platform where TOML nests them.
 
     A table of nothing but tables is a part of a name. Raises InputError on a name given twice.
@@ -93,7 +94,7 @@ def flatten(table: Mapping[str, Any], place: str) -> dict[str, Any]:
         laws = {key: entry}
         inner = list(entry.values()) if isinstance(entry, Mapping) else []
         if inner and all(isinstance(value, Mapping) for value in inner):
-            below = flatten(entry, f"{place}.{key}")
+            below = laws_by_coordinate(entry, f"{place}.{key}")
             laws = {f"{key}.{name}": law for name, law in below.items()}
         for name in laws.keys() & flat.keys():
             raise InputError(f"{place}.{name}", "two laws", "one")
@@ -101,7 +102,7 @@ def flatten(table: Mapping[str, Any], place: str) -> dict[str, Any]:
     return flat
 
 
-def from_table(
+def motion_from_table(
     table: Mapping[str, Any],
     name: str,
     parameters: Parameters,
@@ -119,7 +120,7 @@ def from_table(
     """
     table = dict(table)
     if isinstance(table.get("laws"), Mapping):
-        table["laws"] = flatten(table["laws"], f"{place}.laws")
+        table["laws"] = laws_by_coordinate(table["laws"], f"{place}.laws")
     checked = validated(_MotionTable, table, place)
     span = parameters.evaluate(checked.duration, TIME, f"{place}.duration")
     refuse_unless_positive(span, f"{place}.duration")

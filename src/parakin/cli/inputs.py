@@ -1,0 +1,50 @@
+"""What commands take: a mechanism with its parameters, and files that may be written."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from parakin.errors import InputError
+
+if TYPE_CHECKING:
+    from parakin.model.mechanism import Mechanism
+
+
+def parameters(settings: Sequence[str], option: str = "--set") -> dict[str, str]:
+    """Values by name of `NAME=VALUE` settings. Raises InputError on any other form."""
+    found: dict[str, str] = {}
+    for setting in settings:
+        name, equals, value = setting.partition("=")
+        if not equals or not name.strip() or not value.strip():
+            raise InputError(option, repr(setting), "NAME=VALUE")
+        found[name.strip()] = value.strip()
+    return found
+
+
+def load_mechanism(options: argparse.Namespace) -> Mechanism:
+    """The mechanism that the options name. Raises InputError."""
+    from parakin.files.reading import load
+
+    return load(options.mechanism, parameters(options.set), options.loops)
+
+
+def check_outputs(options: argparse.Namespace, paths: Iterable[Path]) -> None:
+    """Raises InputError on files that cannot be written, and on those that the command reads."""
+    from parakin.files.writing import check_writable
+
+    read = [options.mechanism, options.loops, getattr(options, "motion", None)]
+    for path in paths:
+        _refuse_input(path, read)
+        check_writable(path)
+
+
+def _refuse_input(path: Path, read: Sequence[str | None]) -> None:
+    for name in read:
+        if name is None or not os.path.exists(path) or not os.path.exists(name):
+            continue
+        if os.path.samefile(path, name):
+            raise InputError(str(path), "a file that the command reads", "another file to write")

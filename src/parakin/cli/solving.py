@@ -1,0 +1,141 @@
+"""Commands that solve a mechanism along a motion."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import sys
+from collections.abc import Iterator
+from datetime import datetime
+from pathlib import Path
+
+import xarray as xr
+from rich.console import RenderableType
+
+from parakin.cli.inputs import check_outputs, load_mechanism
+from parakin.cli.run import Run
+from parakin.cli.streams import WIDE, console, flushed_stdout, say
+from parakin.errors import InputError
+from parakin.files import datasets
+from parakin.motion.motion import Motion
+from parakin.solving.compiler import compile as compile_mechanism
+from parakin.solving.solver import Solver
+from parakin.views import plots
+from parakin.views.text import flag_words, singularities_report, solve_report
+
+_WINDOW = 100_000  # samples
+
+
+def solve(options: argparse.Namespace) -> int:
+    """Solve, write and summarise; `plot` and `film` are this with other defaults."""
+    written = _checked_outputs(options)
+    solver = compile_mechanism(
+        load_mechanism(options),
+        coordinates="all" if options.all else None,
+        derivatives=3 if options.jerk else 2,
+    )
+    motion = solver.motion(
+        options.motion, rate=options.rate, smoothing=options.smooth, max_gap=options.max_gap
+    )
+    pictured = options.plot is not None or options.animate is not None or options.singularities
+    run = Run(motion, pictured=pictured)
+    windows = _windows(solver, motion, options.bodies or options.animate is not None)
+    _write_result(run.watched(windows, console(stderr=True)), options)
+    (last, extremes), mechanism = run.totals(), solver.mechanism
+    title = f"{mechanism.name}, {motion.name}: {mechanism.title or 'a mechanism'}"
+    if pictured:
+        _draw_pictures(solver, run.picture(), title, options)
+    screen = console(stderr=True, width=WIDE)
+    screen.print(title, style="bold", markup=False)
+    screen.print(solve_report(last, extremes, run.seconds))
+    if options.singularities:
+        screen.print(_singularities(solver, motion, run.picture()))
+    if written:
+        screen.print(f"wrote {', '.join(map(str, written))}", markup=False)
+    return 1 if extremes.first_flag is not None else 0
+
+
+def _checked_outputs(options: argparse.Namespace) -> list[Path]:
+    """The files to be written. Raises InputError where one cannot be, before any work."""
+    if options.output == "-" and sys.stdout is None:
+        raise InputError("standard output", "it is closed", "an open stream for the result")
+    paths = []
+    if options.output not in (None, "-"):
+        paths.append(Path(options.output))
+        datasets.check_output(paths[0])
+    if options.plot is not None:
+        plots.check_figure(options.plot)
+        paths.append(options.plot)
+    if options.animate is not None:
+        from parakin.views import film
+
+        film.check_film(options.animate)
+        paths.append(options.animate)
+    check_outputs(options, paths)
+    return paths
+
+
+def _windows(solver: Solver, motion: Motion, bodies: bool) -> Iterator[xr.Dataset]:
+    # The first result of a process pays for imports and compiling, which the reported time
+    # should not.
+    first = dataclasses.replace(motion, count=min(motion.count, 2))
+    next(solver.stream(first, bodies=bodies), None)
+    return solver.stream(motion, _WINDOW, bodies=bodies, parallel=True)
+
+
+def _write_result(windows: Iterator[xr.Dataset], options: argparse.Namespace) -> None:
+    if options.animate is not None and not options.bodies:  # only the film needs them
+        windows = (window.drop_dims(["body", "axis", "quaternion"]) for window in windows)
+    if options.output == "-":
+        with flushed_stdout():
+            datasets.write_csv(windows, sys.stdout)
+    elif options.output is not None:
+        datasets.write(windows, Path(options.output))
+    else:
+        for _ in windows:
+            pass
+
+
+def _draw_pictures(
+    solver: Solver, result: xr.Dataset, title: str, options: argparse.Namespace
+) -> None:
+    symbols = solver.mechanism.symbols
+    if options.plot is not None:
+        plots.save(plots.histories(result, symbols=symbols, title=title), options.plot)
+    if options.animate is not None:
+        from parakin.views import film
+        from parakin.views.solids.drawing import drawing_of
+
+        film.save(drawing_of(solver.graph), result, options.animate, symbols, title)
+
+
+def _singularities(solver: Solver, motion: Motion, picture: xr.Dataset) -> RenderableType:
+    from parakin.analysis.singularities import singularities
+
+    whole = picture.sizes["time"] == motion.count  # the picture of a long motion is thinned
+    return singularities_report(singularities(solver, picture, motion if whole else None))
+
+
+def report(options: argparse.Namespace) -> int:
+    """Write a page about a motion."""
+    from parakin.views import report as reports
+    from parakin.views.curves import peaks
+
+    reports.check_report(options.output)
+    check_outputs(options, [options.output])
+    solver = compile_mechanism(load_mechanism(options), coordinates="all")
+    motion = solver.motion(options.motion)
+    screen = console(stderr=True, width=WIDE)
+    run, found = Run(motion, pictured=True), None
+    for window in run.watched(solver.stream(motion, _WINDOW, parallel=True), screen):
+        found = peaks(window, found)
+    _, extremes = run.totals()
+    assert found is not None
+    solved = reports.Solved(solver, motion, run.picture(), extremes, found)
+    page = reports.report(solved, options.typed, datetime.now().astimezone())
+    reports.write(page, options.output)
+    flagged = flag_words(extremes)
+    if flagged:
+        screen.print(flagged, style="bold red", markup=False)
+    say(f"wrote {options.output}")
+    return 1 if flagged else 0

@@ -1,0 +1,60 @@
+"""Standard output and standard error."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from parakin.errors import InputError, reason
+
+if TYPE_CHECKING:
+    from rich.console import Console, RenderableType
+
+WIDE = 1000  # columns; rows of numbers are never folded
+
+
+@contextmanager
+def flushed_stdout() -> Iterator[None]:
+    """Flushes stdout at the end. Raises InputError if it takes no more."""
+    try:
+        try:
+            yield
+        finally:
+            if sys.stdout is not None:
+                sys.stdout.flush()
+    except OSError as error:
+        with open(os.devnull, "w") as nothing:  # for Python's own flush at exit
+            os.dup2(nothing.fileno(), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):
+            raise
+        raise InputError(
+            "standard output", reason(error), "a stream that accepts all output"
+        ) from None
+
+
+def console(*, stderr: bool = False, width: int | None = None) -> Console:
+    """A console that obeys NO_COLOR, `width` columns wide, the terminal's if not given."""
+    from rich.console import Console
+
+    if not stderr and isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # as stderr does: ü where there is none
+    colours = None if os.environ.get("NO_COLOR") else "auto"
+    return Console(
+        stderr=stderr,
+        width=width,
+        color_system=colours,  # type: ignore[arg-type]
+        soft_wrap=True,
+        highlight=False,
+    )
+
+
+def say(what: RenderableType) -> None:
+    """Print on stdout, text as it is. Raises InputError if stdout takes no more."""
+    from rich.text import Text
+
+    with flushed_stdout():
+        console(width=WIDE).print(Text(what) if isinstance(what, str) else what)

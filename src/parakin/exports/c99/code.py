@@ -1,0 +1,35 @@
+"""The kernel, its header and its test program, for a mechanism and a choice of driven
+coordinates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from parakin.errors import AssemblyError
+from parakin.exports.c99.comparison import comparison
+from parakin.exports.c99.header import header
+from parakin.exports.c99.kernel import kernel
+from parakin.exports.c99.names import Names
+from parakin.model.mechanism import Mechanism
+from parakin.solving.compiler import compile as compile_mechanism
+
+
+def c_code(
+    mechanism: Mechanism, stem: str, driven: Sequence[str] | None = None
+) -> tuple[str, str, str]:
+    """The kernel, its header and a test program, as text; functions are named after `stem`.
+
+    driven: what the code solves for, the mechanism's own choice if not given.
+    Raises InputError, AssemblyError, DrivenError.
+    """
+    solver = compile_mechanism(mechanism, driven, machine_code=False)
+    if solver.plan.graph.twins and solver.iterated:
+        reason = "home is where three angles are not defined"
+        raise AssemblyError(f"{mechanism.where}: no C code for these driven coordinates: {reason}")
+    outputs = {*solver.coordinates, *solver.iterated}
+    if outputs > set(solver.coordinates):  # the next pose is found from this one's state alone
+        wanted = [c.name for c in solver.graph.coordinates if c.name in outputs]
+        solver = compile_mechanism(mechanism, driven, coordinates=wanted, machine_code=False)
+    names = Names(stem)
+    return kernel(solver, names), header(solver, names), comparison(solver, names)

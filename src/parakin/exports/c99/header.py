@@ -1,0 +1,118 @@
+"""The header's text: places of coordinates, statuses, the state, and the two functions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from parakin.exports.c99.names import MADE_BY, Names, comment, identifier
+from parakin.solving.solver import Solver
+from parakin.solving.status import Status
+
+ITERATIONS = 8  # Newton steps a call; from a pose nearby three are enough
+_STATUSES = tuple(s for s in Status if s not in (Status.NOT_REACHED, Status.NOT_SMOOTH))
+
+
+def header(solver: Solver, names: Names) -> str:
+    """The text of the header."""
+    macro = names.constant
+    return f"""{_about(solver, names)}#ifndef {macro}_H
+#define {macro}_H
+
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+{_constants(solver, names)}
+{_functions(solver, names)}
+#ifdef __cplusplus
+}}
+#endif
+
+#endif
+"""
+
+
+def _about(solver: Solver, names: Names) -> str:
+    graph = solver.graph
+    mechanism = comment(f"{graph.mechanism.name}: {graph.mechanism.title or 'a mechanism'}")
+    counted = [c for c in solver.coordinates if graph.index(c, "") in graph.from_home]
+    from_home = f"\n * Counted from home: {', '.join(counted)}." if counted else ""
+    return f"""/* {names.stem}.h: kinematics of one pose. {MADE_BY}
+ *
+ * {mechanism}
+ * Driven: {comment(", ".join(solver.driven))}.{comment(from_home)}
+ * SI units: metres, radians, seconds. Do not compile with -ffast-math: NaN has to stay NaN.
+ *
+ *     {names.prefix}_state state;
+ *     {names.prefix}_home(&state);
+ *     for (;;)
+ *         if ({names.prefix}_solve(y, yd, ydd, &state) != {names.constant}_CONVERGED)
+ *             stop();
+ */
+"""
+
+
+def _constants(solver: Solver, names: Names) -> str:
+    macro, used = names.constant, set[str]()
+    iterations = ITERATIONS if solver.iterated else 0
+    statuses = ",\n".join(f"    {macro}_{status.name} = {int(status)}" for status in _STATUSES)
+    return f"""/* Places in y, yd and ydd. */
+enum {{
+{_places(solver, solver.driven, f"{macro}_Y_", used)}
+}};
+
+/* Places in position, velocity and acceleration. */
+enum {{
+{_places(solver, solver.coordinates, f"{macro}_", used)}
+}};
+
+enum {{
+    {macro}_DRIVEN = {len(solver.driven)},
+    {macro}_COORDINATES = {len(solver.coordinates)},
+    {macro}_ITERATIONS = {iterations} /* Newton steps a call; none where there is a closed form */
+}};
+
+enum {{
+{statuses}
+}};
+"""
+
+
+def _places(solver: Solver, coordinates: Sequence[str], prefix: str, used: set[str]) -> str:
+    """Members of an enumeration, one per coordinate, under labels that `used` has not yet."""
+    units = {c.name: c.unit for c in solver.graph.coordinates}
+    lines = []
+    for number, coordinate in enumerate(coordinates):
+        label = f"{prefix}{identifier(coordinate).upper()}"
+        while label in used:
+            label += "_"
+        used.add(label)
+        unit, comma = units[coordinate], "," if number < len(coordinates) - 1 else ""
+        quantities = f"{coordinate} [{unit}, {unit}/s, {unit}/s^2]"
+        lines.append(f"    {label} = {number}{comma} /* {quantities} */")
+    return "\n".join(lines)
+
+
+def _functions(solver: Solver, names: Names) -> str:
+    name, macro, count = names.prefix, names.constant, len(solver.coordinates)
+    return f"""typedef struct {{
+    double position[{count}];     /* [m or rad] */
+    double velocity[{count}];     /* [m/s or rad/s] */
+    double acceleration[{count}]; /* [m/s^2 or rad/s^2] */
+    double residual;         /* norm of all closure rows [m] */
+    double conditioning;     /* 0 where singular, negative on another branch */
+}} {name}_state;
+
+/* The mechanism at rest at home. */
+void {name}_home({name}_state *state);
+
+/* Solve one pose.
+ * y, yd, ydd: driven positions, velocities and accelerations.
+ * state: the pose before, from which angles are counted on and iteration starts; then this one.
+ * Returns a status. Of {macro}_ANGLES_UNDEFINED, the three angles alone stay those of the pose
+ * before, at rest. Of any other but {macro}_CONVERGED and {macro}_LIMIT_EXCEEDED, position,
+ * velocity and acceleration stay those of the pose before; residual and conditioning tell what
+ * was met.
+ * Numbers that are none, in y, yd, ydd or state, are {macro}_OUT_OF_REACH. */
+int {name}_solve(const double *y, const double *yd, const double *ydd, {name}_state *state);
+"""

@@ -1,0 +1,38 @@
+"""Names and comments in C for a mechanism's own."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from parakin.version import __version__
+
+MADE_BY = f"Made by parakin {__version__}: change the mechanism rather than this."
+
+
+def identifier(text: str) -> str:
+    """`text` as an identifier in C."""
+    made = re.sub(r"\W", "_", text, flags=re.ASCII)
+    return made if re.match(r"[A-Za-z]", made) else f"m{made}"
+
+
+def comment(text: str) -> str:
+    """`text` so that it does not end a comment."""
+    return text.replace("*/", "* /").replace("/*", "/ *")
+
+
+@dataclass(frozen=True)
+class Names:
+    """What the files (`stem`.c, `stem`.h) and all that they define are called."""
+
+    stem: str
+
+    @property
+    def prefix(self) -> str:
+        """Of functions and types."""
+        return identifier(self.stem)
+
+    @property
+    def constant(self) -> str:
+        """The prefix of constants."""
+        return self.prefix.upper()

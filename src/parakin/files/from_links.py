@@ -1,0 +1,166 @@
+"""A mechanism made from the links and loops of a MJCF or URDF file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+from parakin.algebra.spatial import IDENTITY, Pose, Vector
+from parakin.errors import InputError
+from parakin.files.links import Link, gathered, posed, rigid, screwed
+from parakin.model.mechanism import MAX_JOINTS, Body, Frame, Joint, Mechanism, Platform
+from parakin.model.placement import vector
+
+WORLD = "world"  # MuJoCo's name for what does not move
+_NOTHING = 1e-14  # [m]: a place this near to zero is round-off of it
+
+
+def mechanism_of(
+    name: str,
+    base: str,
+    bodies: Sequence[str],
+    links: Sequence[Link],
+    loops: Sequence[Link],
+    origin: str,
+    notes: str,
+) -> Mechanism:
+    """The mechanism of a tree of links and of the loops that close it.
+
+    bodies: names of all links, the base's among them, in the order of the file. origin: the file,
+    for messages. Raises InputError.
+    """
+    if len(links) + len(loops) > MAX_JOINTS:
+        raise InputError(origin, f"{len(links) + len(loops)} joints", f"at most {MAX_JOINTS}")
+    screws = [link for link in loops if link.kind == "screw"]
+    closing = [link for link in loops if link.kind != "screw"]
+    moving, owner = rigid(base, [*screwed(links, screws, origin), *closing], origin)
+    joints, pose = posed(base, gathered(moving, {base}))
+    if not joints:
+        raise InputError(
+            origin, "no joints that move", "at least one hinge, slide or other moving joint"
+        )
+    names = _body_names(base, bodies, [*joints, *([pose] if pose else [])], owner)
+    used: dict[str, str] = {}
+    titled = [(link, _fit(link.name, used)) for link in joints]
+    points = _points(owner, names, pose)
+    return Mechanism(
+        name=_fit(name, {}),
+        title=name,
+        notes=notes,
+        base=names[base],
+        bodies=tuple(Body(name=label, points=points[body]) for body, label in names.items()),
+        joints=tuple(_joint(link, title, names) for link, title in titled),
+        platform=None if pose is None else _platform(pose, names),
+        driven=tuple(
+            coordinate
+            for link, title in titled
+            if link.actuated
+            for coordinate in _coordinates(link, title)
+        ),
+        guess={
+            coordinate: value
+            for link, title in titled
+            for coordinate, value in zip(_coordinates(link, title), link.values, strict=True)
+        }
+        | _pose_values(pose),
+        limits={
+            title: link.limits
+            for link, title in titled
+            if link.limits is not None and len(link.values) == 1
+        },
+        origin=origin,
+    )
+
+
+def _body_names(
+    base: str,
+    bodies: Sequence[str],
+    joints: Sequence[Link],
+    owner: Mapping[str, tuple[str, Pose[float]]],
+) -> dict[str, str]:
+    """Our names of the bodies that joints connect, by the file's; the base comes first."""
+    ends = {body for link in joints for body in (link.parent, link.child)}
+    joined = [body for body in (*bodies, *sorted(ends)) if body in ends]
+    used: dict[str, str] = {}
+    return {
+        body: _fit(_called(body, base, bodies, owner), used)
+        for body in dict.fromkeys([base, *joined])
+    }
+
+
+def _called(
+    body: str, base: str, bodies: Sequence[str], owner: Mapping[str, tuple[str, Pose[float]]]
+) -> str:
+    """A body's name; the world's is that of the first body that stands on it, if one does."""
+    if body == base == WORLD:
+        return next((b for b in bodies if b != base and owner[b][0] == base), base)
+    return body
+
+
+def _joint(link: Link, title: str, names: Mapping[str, str]) -> Joint:
+    return Joint(
+        name=title,
+        kind="helical" if link.pitch else link.kind,  # type: ignore[arg-type]
+        parent=names[link.parent],
+        child=names[link.child],
+        on_parent=_frame(link.F),
+        on_child=_frame(link.M),
+        actuated=link.actuated,
+        pitch=link.pitch or None,
+    )
+
+
+def _frame(at: Pose[float]) -> Frame:
+    p = vector(0.0 if abs(a) < _NOTHING else a for a in at.p)
+    if at.R == IDENTITY:
+        return Frame(at=p)
+    return Frame(at=p, axis=at.R.column(2), x=at.R.column(0))
+
+
+def _platform(pose: Link, names: Mapping[str, str]) -> Platform:
+    return Platform(
+        body=names[pose.child],
+        point="origin",
+        angles=pose.angles,  # type: ignore[arg-type]
+    )
+
+
+def _coordinates(link: Link, title: str) -> list[str]:
+    """Names of a joint's coordinates."""
+    count = len(link.values)
+    return [title] if count == 1 else [f"{title}.{k + 1}" for k in range(count)]
+
+
+def _pose_values(pose: Link | None) -> dict[str, float]:
+    """The platform's coordinates in the file's own pose."""
+    if pose is None:
+        return {}
+    labels = ("x", "y", "z", *(label for label, _ in pose.angles))
+    return {f"platform.{label}": q for label, q in zip(labels, pose.values, strict=True)}
+
+
+def _points(
+    owner: Mapping[str, tuple[str, Pose[float]]], names: Mapping[str, str], pose: Link | None
+) -> dict[str, dict[str, Vector[float]]]:
+    """By body, the links fixed to it as points, and the platform's reference point."""
+    points: dict[str, dict[str, Vector[float]]] = {body: {} for body in names}
+    for name, (body, at) in owner.items():
+        if name != body and body in points:
+            point = _fit(name, {p: p for p in points[body]})
+            points[body][point] = at.p
+    if pose is not None:
+        points[pose.child]["origin"] = pose.M.p
+    return points
+
+
+def _fit(name: str, known: dict[str, str]) -> str:
+    """A name of ours for another program's, the same for the same one and for no other."""
+    fit = re.sub(r"[^A-Za-z0-9_ '-]", "_", name)[:56].strip()
+    if not re.match(r"[A-Za-z]", fit):
+        fit = f"n{fit}"
+    made, count = fit, 1
+    while made in known:
+        count += 1
+        made = f"{fit}_{count}"
+    known[made] = name
+    return made

@@ -1,0 +1,182 @@
+"""Text, TOML, YAML and XML parsed within bounds: of size, of depth, of numbers' length."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from parakin.errors import InputError, not_installed, reason
+
+if TYPE_CHECKING:
+    from lxml.etree import _Element
+
+MAX_BYTES = 1_000_000
+_MAX_DEPTH = 12
+_MAX_DIGITS = 1000
+_MAX_BITS = 10_000  # of whole numbers; Python writes them out, in a message, up to some 14,000
+_TOML_TEXT = re.compile(r"""\"(?:[^"\\\n]|\\.)*+"?|'[^'\n]*+'?""")
+_LONG_KEY = re.compile(r"(?:\.[ \t]*[\w-]++[ \t]*+){100}")  # a.b.c...: tomllib takes its square
+_TOO_DEEP = (f"lists or tables more than {_MAX_DEPTH} deep", f"at most {_MAX_DEPTH} levels")
+
+
+def read_text(path: Path) -> str:
+    """A small text file. Raises InputError where it is missing, a folder, too large or no text."""
+    data = read_bytes(path, MAX_BYTES)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        found = f"byte 0x{data[error.start]:02x}, which is not UTF-8"
+        raise InputError(f"{path}, byte {error.start}", found, "a text file in UTF-8") from None
+    if not text.strip():
+        raise InputError(str(path), "an empty file", "a file with text")
+    return text
+
+
+def read_bytes(path: Path, most: int) -> bytes:
+    """A file as it is. Raises InputError where it is missing, a folder or larger than `most`."""
+    try:
+        if path.is_dir():
+            raise InputError(str(path), "a folder", "a file")
+        with path.open("rb") as file:
+            data = file.read(most + 1)
+    except OSError as error:
+        raise InputError(str(path), reason(error), "a readable file") from None
+    except ValueError as error:  # a null byte in the path
+        raise InputError(repr(str(path)), str(error), "a path") from None
+    if len(data) > most:
+        raise InputError(str(path), f"more than {most} bytes", "a smaller file")
+    return data
+
+
+def parse_toml(text: str, origin: str) -> dict[str, Any]:
+    """TOML as nested tables. Raises InputError with the line of a syntax error."""
+    if _LONG_KEY.search(_TOML_TEXT.sub("text", text)):
+        raise InputError(origin, *_TOO_DEEP)
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(origin, f"a syntax error: {error}", "TOML") from None
+    except RecursionError:
+        raise InputError(origin, *_TOO_DEEP) from None
+    except (ValueError, OverflowError) as error:
+        raise InputError(origin, f"a value that cannot be read: {error}", "TOML") from None
+    _check_values(table, origin)
+    return table
+
+
+def parse_yaml(text: str, origin: str) -> dict[str, Any]:
+    """YAML as nested tables, without references. Raises InputError with the line of an error."""
+    try:
+        import yaml
+    except ImportError:
+        raise not_installed(origin, "PyYAML") from None
+
+    try:
+        depth = 0  # looked at first: libyaml's own stack is what deep nesting fills otherwise
+        for event in yaml.parse(text, yaml.CSafeLoader):
+            if isinstance(event, yaml.AliasEvent):
+                raise InputError(origin, "a reference (*name)", "values written out")
+            depth += isinstance(event, yaml.CollectionStartEvent)
+            depth -= isinstance(event, yaml.CollectionEndEvent)
+            if depth > _MAX_DEPTH:
+                raise InputError(origin, *_TOO_DEEP)
+        loader = yaml.CSafeLoader(text)
+        node = loader.get_single_node()
+        _check_nodes(node, origin)
+        table = None if node is None else loader.construct_document(node)
+    except yaml.MarkedYAMLError as error:
+        if "nesting" in (error.problem or ""):  # newer ones of PyYAML look at it themselves
+            raise InputError(origin, *_TOO_DEEP) from None
+        mark = error.problem_mark
+        line = "" if mark is None else f", line {mark.line + 1}"
+        raise InputError(f"{origin}{line}", f"a syntax error: {error.problem}", "YAML") from None
+    except yaml.YAMLError as error:
+        raise InputError(origin, f"a syntax error: {error}", "YAML") from None
+    except (RecursionError, ValueError, OverflowError, TypeError) as error:
+        raise InputError(origin, f"a value that cannot be read: {error}", "YAML") from None
+    _check_values(table, origin)
+    if not isinstance(table, dict):
+        raise InputError(origin, f"{table!r:.80}", "a table of loops")
+    return table
+
+
+def _check_nodes(node: Any, origin: str) -> None:
+    """Raises InputError on a key that stands twice in a table, of which YAML takes the last, and
+    on numbers that take long to read.
+    """
+    waiting = [] if node is None else [node]
+    while waiting:
+        value, tag = waiting[-1].value, waiting.pop().tag
+        if isinstance(value, str):
+            if len(value) > _MAX_DIGITS and tag.endswith((":int", ":float")):
+                raise InputError(origin, f"a number of {len(value)} characters", "a shorter one")
+            continue
+        seen: set[str] = set()
+        for item in value:
+            if not isinstance(item, tuple):
+                waiting.append(item)
+                continue
+            waiting += item
+            key = item[0].value if isinstance(item[0].value, str) else ""
+            if key in seen:
+                place = f"{origin}, line {item[0].start_mark.line + 1}"
+                raise InputError(place, f"{key!r:.80} twice", "one value")
+            seen |= {key} if key else set()
+
+
+def _check_values(table: object, origin: str) -> None:
+    """Raises InputError on tables too deep to be meant, and on numbers too long to be written."""
+    level, depth = [table], 0
+    while level:
+        depth += 1
+        if depth > _MAX_DEPTH:
+            raise InputError(origin, *_TOO_DEEP)
+        inside: list[object] = []
+        for item in level:
+            if isinstance(item, dict):
+                inside += [*item.keys(), *item.values()]
+            elif isinstance(item, (list, tuple, set)):
+                inside += item
+            elif isinstance(item, int) and item.bit_length() > _MAX_BITS:
+                found = f"a whole number of {item.bit_length()} bits"
+                raise InputError(origin, found, f"at most {_MAX_BITS}")
+        level = inside
+
+
+def parse_xml(text: str, origin: str) -> _Element:
+    """The root of an XML document that refers to nothing outside itself. Raises InputError."""
+    try:
+        from lxml import etree
+    except ImportError:
+        raise not_installed(origin, "lxml") from None
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:
+        raise InputError(origin, "a document type or entities", "plain XML")
+    parser = etree.XMLParser(
+        encoding="utf-8",
+        resolve_entities=False,
+        no_network=True,
+        load_dtd=False,
+        huge_tree=False,
+        remove_comments=True,
+        remove_pis=True,
+    )
+    try:
+        return etree.fromstring(text.encode(), parser)
+    except etree.XMLSyntaxError as error:
+        raise InputError(origin, f"a syntax error: {error.msg}", "XML") from None
+
+
+def numbers(text: str | None, count: int, default: Sequence[float], place: str) -> list[float]:
+    """An attribute of so many numbers. Raises InputError."""
+    if text is None:
+        return list(default)
+    try:
+        values = [float(word) for word in text.split()]
+        if len(values) != count or not all(abs(a) < 1e100 for a in values):
+            raise ValueError
+    except ValueError:
+        raise InputError(place, repr(text), f"{count} finite number{'s'[: count > 1]}") from None
+    return values

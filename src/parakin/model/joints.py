@@ -1,0 +1,91 @@
+"""Joints in numbers: chains of pairs that turn about, or slide along, one axis each.
+
+Every joint is a chain of pairs, each about or along one axis of a moving frame; revolute and
+prismatic pairs carry the whole theory.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from parakin.algebra.spatial import Matrix, Pose, matrix
+
+
+class Pair(NamedTuple):
+    """One degree of freedom: a slide along, or a turn about, the moving frame's axis.
+
+    `pitch` is how far a turn advances along its axis [m/rad].
+    """
+
+    slides: bool
+    axis: int
+    pitch: float = 0.0
+
+
+X_TURN, Y_TURN, Z_TURN = (Pair(False, axis) for axis in range(3))
+X_SLIDE, Y_SLIDE, Z_SLIDE = (Pair(True, axis) for axis in range(3))
+
+# Theta of eq. (2), active: it turns z onto x, the second axis of a universal joint.
+THETA: Matrix[float] = matrix(((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)))
+
+PAIRS: dict[str, tuple[Pair, ...]] = {
+    "revolute": (Z_TURN,),
+    "prismatic": (Z_SLIDE,),
+    "cylindrical": (Z_TURN, Z_SLIDE),
+    "universal": (Z_TURN, X_TURN),
+    "spherical": (X_TURN, Y_TURN, Z_TURN),
+    "planar": (X_SLIDE, Y_SLIDE, Z_TURN),
+    "free": (X_SLIDE, Y_SLIDE, Z_SLIDE, X_TURN, Y_TURN, Z_TURN),
+    "rod": (),
+    "fixed": (),
+}
+
+
+@dataclass(frozen=True)
+class GraphJoint:
+    """A joint in numbers: frame F on its parent, M on its child, pairs and tail between.
+
+    R_FM = turn(pair 1) turn(pair 2) ... tail; `first` numbers its first coordinate.
+    """
+
+    name: str
+    kind: str
+    parent: int
+    child: int
+    F: Pose[float]
+    M: Pose[float]
+    pairs: tuple[Pair, ...]
+    tail: Matrix[float]
+    first: int
+    actuated: bool = False
+    length: float = 0.0
+
+    @property
+    def coordinates(self) -> range:
+        return range(self.first, self.first + len(self.pairs))
+
+    @property
+    def proper(self) -> bool:
+        """Whether the first and last of three turns are about the same axis (Euler's own)."""
+        axes = [pair.axis for pair in self.pairs if not pair.slides]
+        return len(axes) == 3 and axes[0] == axes[-1]
+
+    @property
+    def turns(self) -> list[int]:
+        """Those of its coordinates that are angles."""
+        return [k for k, pair in zip(self.coordinates, self.pairs, strict=True) if not pair.slides]
+
+
+class Coordinate(NamedTuple):
+    """One joint coordinate; `limits` in SI, infinite where none is given."""
+
+    name: str
+    joint: int
+    angle: bool
+    actuated: bool
+    limits: tuple[float, float]
+
+    @property
+    def unit(self) -> str:
+        return "rad" if self.angle else "m"
