@@ -92,7 +92,7 @@ def report(mechanism: Mechanism | str | Path, motion: str | Path, path: str | Pa
     """
     from parakin.solving.compiler import compile
     from parakin.views import report as reports
-    from parakin.views.curves import peaks
+    from parakin.views.report_curves import peaks
     from parakin.views.text import extremes
 
     reports.check_report(Path(path))
@@ -114,11 +114,11 @@ def view(
     """Serve a mechanism to browsers as long as the context lasts; `url` of what it gives says
     where. motions: files that may be played beside the mechanism's own. Raises InputError.
     """
-    from parakin.views.browser.repertoire import Repertoire
+    from parakin.views.browser.content import Content
     from parakin.views.browser.viewer import serving
 
-    shown = Repertoire(str(mechanism), motions=tuple(str(name) for name in motions))
-    return serving(shown, host, port)
+    content = Content(str(mechanism), motions=tuple(str(name) for name in motions))
+    return serving(content, host, port)
 
 
 def export(
@@ -149,13 +149,13 @@ def save(result: xr.Dataset | Iterable[xr.Dataset], path: str | Path) -> None:
 def record(mechanism: str | Path, motion: str, path: str | Path) -> None:
     """Write a scene that plays a motion without a server, as one .html file. Raises InputError."""
     from parakin.files.writing import check_suffix, replacing
-    from parakin.views.browser.recording import recorded
-    from parakin.views.browser.repertoire import Repertoire
+    from parakin.views.browser.content import Content
+    from parakin.views.browser.standalone import standalone_page
 
     check_suffix(Path(path), (".html", ".htm"), {"viser": "viser"}, "view")
-    repertoire = Repertoire(str(mechanism))
-    shown = repertoire.load(str(mechanism))
-    text = recorded(shown, repertoire.play(shown, motion))
+    content = Content(str(mechanism))
+    loaded = content.load(str(mechanism))
+    text = standalone_page(loaded, content.playback(loaded, motion))
     with replacing(Path(path)) as temporary:
         temporary.write_text(text, "utf-8", newline="\n")
 

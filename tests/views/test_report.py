@@ -15,7 +15,7 @@ import xarray as xr
 import parakin
 from parakin import Status
 from parakin.cli.main import main
-from parakin.views.curves import peaks, telling
+from parakin.views.report_curves import peaks, thinned
 
 VOID = {"meta", "br", "link", "img", "input", "hr"}
 HOSTILE = "<script>alert('x')</script><img src=x onerror=alert(1)>&\"$title"
@@ -322,11 +322,11 @@ def test_a_thinned_curve_keeps_its_peaks() -> None:
     random = np.random.default_rng(4)
     values = random.normal(size=(3, 100_000))
     values[0, 500:40_000] = np.nan
-    rows = telling(values, 100)
+    rows = thinned(values, 100)
     assert len(rows) <= 2 * 3 * 100 + 2
     np.testing.assert_array_equal(np.nanmax(values[:, rows], axis=1), np.nanmax(values, axis=1))
     np.testing.assert_array_equal(np.nanmin(values[:, rows], axis=1), np.nanmin(values, axis=1))
     assert np.isnan(values[0, rows]).any()
     assert (rows[0], rows[-1]) == (0, 99_999)
     assert (np.diff(rows) > 0).all()
-    np.testing.assert_array_equal(telling(values[:, :100], 100), np.arange(100))
+    np.testing.assert_array_equal(thinned(values[:, :100], 100), np.arange(100))

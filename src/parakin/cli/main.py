@@ -138,10 +138,10 @@ def _export(options: argparse.Namespace) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
-    from parakin.views.browser.repertoire import Repertoire
+    from parakin.views.browser.content import Content
     from parakin.views.browser.viewer import exposure, serving
 
-    repertoire = Repertoire(
+    content = Content(
         options.mechanism,
         _parameters(options.set),
         options.loops,
@@ -149,7 +149,7 @@ def _view(options: argparse.Namespace) -> int:
         tuple(options.mesh),
     )
     ends = suppress(KeyboardInterrupt)  # Ctrl-C is how it is meant to end
-    with serving(repertoire, options.host, options.port) as viewer, ends, _stdout_told():
+    with serving(content, options.host, options.port) as viewer, ends, _stdout_told():
         console = _console(width=_WIDE)
         exposed = exposure(options.host)
         if exposed:
@@ -311,7 +311,7 @@ def _report(options: argparse.Namespace) -> int:
     from parakin.files.writing import check_writable
     from parakin.solving.compiler import compile as compile_mechanism
     from parakin.views import report
-    from parakin.views.curves import peaks
+    from parakin.views.report_curves import peaks
     from parakin.views.text import flag_words
 
     report.check_report(options.output)

@@ -24,7 +24,7 @@ from parakin.files.writing import check_suffix, replacing
 from parakin.kinematics.assembly import assembled
 from parakin.solving.solver import Solver
 from parakin.version import __version__
-from parakin.views.curves import (
+from parakin.views.report_curves import (
     Peaks,
     coordinate_curves,
     driven_curves,

@@ -1,4 +1,4 @@
-"""A mechanism in a viser scene. It places bodies, and knows no time and no equations."""
+"""A mechanism in a viser scene: places bodies, and knows nothing of time or equations."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from parakin.arrays import FloatArray
 from parakin.views.solids.drawing import COLOURS, Drawing
 from parakin.views.solids.shapes import Bar, Mesh, joined, mesh
 
-_ROOT = "/mechanism"  # bodies are below it, and what no body can be called, by a dot
+_ROOT = "/mechanism"  # of all bodies; other nodes begin with a dot, which no name of a body does
 _ROD = (150, 158, 168)
 
 
@@ -20,7 +20,7 @@ _ROD = (150, 158, 168)
 class Scene:
     """The nodes of one mechanism in one scene (viser's `SceneApi`).
 
-    meshes: shapes of bodies by name, in the body's frame; they replace what would be drawn.
+    meshes: shapes of bodies by name, in the body's frame, to show in place of the usual solids.
     """
 
     api: Any
@@ -30,7 +30,7 @@ class Scene:
     _rods: list[Any] = field(init=False)
     _joints: dict[int, list[tuple[Any, tuple[int, int, int]]]] = field(init=False)
     _labels: list[Any] = field(init=False)
-    _lit: frozenset[int] = frozenset()
+    _highlighted: frozenset[int] = frozenset()
 
     def __post_init__(self) -> None:
         graph, size = self.drawing.layout.graph, self.drawing.layout.size
@@ -118,7 +118,7 @@ class Scene:
         )
 
     def _floor(self, up: FloatArray) -> None:
-        """A grid under everything, square to what is up."""
+        """A grid below the mechanism, perpendicular to the up axis."""
         view, size = self.drawing.view, self.drawing.layout.size
         below = min(
             float((self.drawing.layout.world(piece.body, solid.vertices) @ up).min())
@@ -137,7 +137,7 @@ class Scene:
         )
 
     def place(self, position: FloatArray, wxyz: FloatArray) -> None:
-        """Set all bodies but the base, as a Dataset has them: (bodies, 3) [m], (bodies, 4)."""
+        """Place all bodies but the base, given as in a Dataset: (bodies, 3) [m], (bodies, 4)."""
         for handle, p, turn in zip(self.bodies[1:], position, wxyz, strict=True):
             handle.position = p
             handle.wxyz = turn
@@ -154,26 +154,26 @@ class Scene:
             node.position = start
             node.wxyz = _from_z((end - start) / np.linalg.norm(end - start))
 
-    def light(self, joints: Collection[int]) -> None:
-        """Show which joints stop the mechanism; none of them when empty."""
-        lit = frozenset(joints)
-        for number in lit ^ self._lit:
+    def highlight(self, joints: Collection[int]) -> None:
+        """Highlight these joints and no others."""
+        highlighted = frozenset(joints)
+        for number in highlighted ^ self._highlighted:
             for node, colour in self._joints.get(number, ()):
-                node.color = COLOURS["offending"] if number in lit else colour
-        self._lit = lit
+                node.color = COLOURS["offending"] if number in highlighted else colour
+        self._highlighted = highlighted
 
     def show_frames(self, shown: bool) -> None:
-        """The axes of every body."""
+        """Show or hide the axes of every body."""
         for handle in self.bodies:
             handle.show_axes = shown
 
     def show_names(self, shown: bool) -> None:
-        """Names of bodies, joints and points."""
+        """Show or hide the names of bodies, joints and points."""
         for label in self._labels:
             label.visible = shown
 
     def trace(self, points: FloatArray) -> None:
-        """A line along points (n, 3), in place of the one before; none where n < 2."""
+        """Replace the trace by a line along points (n, 3); no line if n < 2."""
         if self.trace_node is not None:
             self.trace_node.remove()
             self.trace_node = None
@@ -189,7 +189,7 @@ class Scene:
             )
 
     def remove(self) -> None:
-        """Take everything out of the scene."""
+        """Remove everything from the scene."""
         self._root.remove()
 
 

@@ -162,7 +162,7 @@ def inline_svg(figure: Figure, prefix: str, label: str) -> str:
     return svg.replace("<svg", f'<svg role="img" aria-label="{label}"', 1).strip()
 
 
-def telling(values: FloatArray, buckets: int = _BUCKETS) -> IntArray:
+def thinned(values: FloatArray, buckets: int = _BUCKETS) -> IntArray:
     """Which samples of curves (m, n) to draw so that they look the same: of each bucket the least
     and the greatest of each curve; NaN where there is nothing else, as gaps are to be seen.
     """
@@ -196,7 +196,7 @@ def _curve(
     label: str = "",
     style: str = "-",
 ) -> None:
-    rows = telling(values[None])
+    rows = thinned(values[None])
     axes.plot(time[rows], values[rows], color=colour, linewidth=1.1, label=label, linestyle=style)
 
 
