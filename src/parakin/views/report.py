@@ -1,7 +1,6 @@
-"""A page about a motion that can be sent and printed: one HTML file that needs no other.
+"""A report about a motion: one HTML file that needs no other, to be sent or printed.
 
-What comes from a mechanism's file is escaped, titles and names alike; the figures are SVG in the
-page itself.
+Text from a mechanism's file is escaped, titles and names included. Figures are inline SVG.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ SUFFIXES = (".html", ".htm")
 _TONES = {"bold red": "bad", "bold yellow": "warn"}
 _NO_LIMITS = '<p class="soft">The mechanism\'s file gives no limits for these.</p>'
 _CONES = '<p class="soft">A cone angle is that between the two axes of a spherical joint.</p>'
-_MANY = 12  # rows: a longer table may break between pages
+_MANY = 12  # rows: longer tables may break between pages
 
 
 @dataclass(frozen=True)
@@ -63,19 +62,19 @@ class Solved:
 
 
 def check_report(path: Path) -> None:
-    """Raises InputError where the suffix is not one for pages, or matplotlib is missing."""
+    """Raises InputError if the suffix is not one of a page, or matplotlib is missing."""
     check_suffix(path, SUFFIXES, {"matplotlib": "matplotlib"}, "plot")
 
 
 def write(text: str, path: Path) -> None:
-    """Write a page. Raises InputError."""
+    """Write a report. Raises InputError."""
     check_report(path)
     with replacing(path) as temporary:
         temporary.write_text(text, "utf-8", newline="\n")
 
 
 def report(solved: Solved, command: str, made: datetime) -> str:
-    """The page's HTML. command: what made it, as it was typed."""
+    """The page's HTML. command: the one that made it, as typed."""
     mechanism = solved.solver.mechanism
     template = Template((resources.files("parakin.views") / "page.html").read_text("utf-8"))
     closeness, reason = _closeness(solved)
@@ -109,7 +108,7 @@ def _figure(svg: str, caption: str) -> str:
 
 
 def _table(headings: Sequence[str], rows: Sequence[Sequence[str]], kind: str = "") -> str:
-    """A table of cells that are HTML already; columns of nothing are left out."""
+    """A table of cells of HTML; empty columns are left out."""
     full = [k for k in range(len(headings)) if any(row[k] for row in rows)]
     headings, rows = [headings[k] for k in full], [[row[k] for k in full] for row in rows]
     lines = [f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows]
@@ -123,7 +122,7 @@ def _table(headings: Sequence[str], rows: Sequence[Sequence[str]], kind: str = "
 
 
 def _lines(lines: Iterable[Text]) -> str:
-    """Lines meant for a terminal, theirs the tone."""
+    """Lines for a terminal as a list, in similar colours."""
     items = []
     for line in lines:
         tone = _TONES.get(str(line.style), "")
@@ -132,7 +131,7 @@ def _lines(lines: Iterable[Text]) -> str:
     return f"<ul>\n{''.join(items)}\n</ul>"
 
 
-# ---- what is at the top and at the bottom
+# ---- top and bottom
 
 
 def _verdict(solved: Solved) -> str:
@@ -144,7 +143,7 @@ def _verdict(solved: Solved) -> str:
         )
     limited = [n for n in solved.peaks.coordinates if np.isfinite(_limits(solved, n)).any()]
     kept = (
-        f"within the limits of all {len(limited)} coordinates that have some"
+        f"within the limits of all {len(limited)} coordinates that have limits"
         if limited
         else "the mechanism's file gives no limits"
     )
@@ -186,7 +185,7 @@ def _dimensions(solver: Solver) -> str:
     known = parameters(solver.mechanism)
     if not known:
         return "<p>The mechanism's file names no parameters.</p>"
-    rows = [(escape(p.name), escape(p.value), escape(p.said)) for p in known]
+    rows = [(escape(p.name), escape(p.value), escape(p.as_given)) for p in known]
     half = -(-len(rows) // 2)
     pairs = [
         (*row, *(rows[half + k] if half + k < len(rows) else ("", "", "")))
@@ -217,7 +216,7 @@ def _motion(solved: Solved) -> str:
         f"and acceleration: {escape(motion.derivatives)}.</p>\n"
         + _figure(
             inline_svg(driven_curves(motion, angles), "driven", "Driven coordinates over time"),
-            "What is demanded of the driven coordinates.",
+            "The prescribed motion of the driven coordinates.",
         )
     )
 
@@ -231,13 +230,15 @@ def _is_angle(solved: Solved, name: str) -> bool:
 
 
 def _actuated(solved: Solved) -> list[str]:
-    """Table and curves of what motors move, or, without motors, of what is driven."""
+    """Table and curves of the actuated coordinates or, without actuators, of the driven ones."""
     picture = solved.picture
     names = picture["coordinate"].values[picture["actuated"].values].tolist()
     parts = []
     if not names:
         names = list(solved.motion.coordinates)
-        parts.append("<p>The mechanism's file names no actuators: these are what is driven.</p>")
+        parts.append(
+            "<p>The mechanism's file names no actuators: these are the driven coordinates.</p>"
+        )
     headings = ("coordinate", "least", "greatest", "stroke", "peak speed", "peak acceleration")
     rows = [(*_travel(solved, n), *_peak_cells(solved, n), *_margin(solved, n)) for n in names]
     parts.append(_table((*headings, "limits", "margin", "kept"), rows) + _unlimited(rows))
@@ -313,17 +314,17 @@ def _margin(solved: Solved, name: str) -> tuple[str, str, str]:
     return shown, _with(scale * margin, unit), word
 
 
-# ---- how well it is solved
+# ---- quality of the solution
 
 
 def _closeness(solved: Solved) -> tuple[Closeness | None, str]:
-    """How near the motion comes to singularities, or why that is not told."""
+    """How close the motion comes to singularities, or why that is not known."""
     whole = solved.picture.sizes["time"] == solved.motion.count
     try:
         motion = solved.motion if whole else None
         return singularities(solved.solver, solved.picture, motion), ""
     except InputError as error:
-        return None, f"Types of singularity are not told apart: {error}"
+        return None, f"Types of singularity are not distinguished: {error}"
 
 
 def _quality(solved: Solved, closeness: Closeness | None, reason: str) -> list[str]:
@@ -340,8 +341,8 @@ def _quality(solved: Solved, closeness: Closeness | None, reason: str) -> list[s
         parts.append(_lines(singularity_lines(closeness)))
     if solved.picture.sizes["time"] < solved.motion.count:
         parts.append(
-            f'<p class="soft">Curves and closeness are of every '
+            f'<p class="soft">Curves and closeness show every '
             f"{-(-solved.motion.count // solved.picture.sizes['time'])}th sample; extremes, "
-            "residuals and flags are of all.</p>"
+            "residuals and flags cover all.</p>"
         )
     return parts

@@ -1,4 +1,4 @@
-"""Curves of a page: each coordinate over time with its extremes marked, as SVG within HTML."""
+"""The curves of a report: each coordinate over time with its extremes marked, as inline SVG."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from parakin.motion.motion import Motion
 
 _BUCKETS = 400  # of a curve, each with its least and its greatest sample
-_LAWS = 8000  # samples of a law that are looked at
+_LAWS = 8000  # samples of a prescribed motion
 _WIDTH = 7.2  # inches
 _OVER = ("", "/s", "/s²")
 _CURVE, _MARK, _LIMIT, _FLAG = "#0072B2", "#111111", "#b3121d", "#b3121d"
@@ -81,7 +81,7 @@ def scale_of(angle: bool) -> tuple[float, str]:
 def coordinate_curves(
     ds: xr.Dataset, name: str, found: Peaks, limits: tuple[float, float]
 ) -> Figure:
-    """Position, velocity and acceleration of a coordinate side by side, extremes marked."""
+    """Position, velocity and acceleration of a coordinate side by side, with extremes marked."""
     one = ds.sel(coordinate=name)
     scale, unit = scale_of(str(one["unit"].item()) == "rad")
     figure, panels = _figure(1, 3, 1.55)
@@ -105,7 +105,7 @@ def coordinate_curves(
 
 
 def driven_curves(motion: Motion, angles: Mapping[str, bool]) -> Figure:
-    """The laws of the driven coordinates: their positions, as they are demanded."""
+    """The prescribed positions of the driven coordinates."""
     names = motion.coordinates
     columns = min(3, len(names))
     figure, panels = _figure(-(-len(names) // columns), columns, 1.45)
@@ -126,7 +126,7 @@ def driven_curves(motion: Motion, angles: Mapping[str, bool]) -> Figure:
 
 
 def quality_curves(ds: xr.Dataset, found: Closeness | None) -> Figure:
-    """Conditioning and closeness to singularities, 0 to 1, and the residual of the loops."""
+    """Conditioning and closeness to singularities, 0 to 1, and the residual of all loops."""
     figure, (left, right) = _figure(1, 2, 2.0)
     time = ds["time"].values
     _curve(left, time, ds["conditioning"].values, _CURVE, "as driven")
@@ -147,7 +147,7 @@ def quality_curves(ds: xr.Dataset, found: Closeness | None) -> Figure:
 
 
 def inline_svg(figure: Figure, prefix: str, label: str) -> str:
-    """A figure as an <svg> element whose ids begin with `prefix`, for a page with others."""
+    """A figure as an <svg> element; its ids begin with `prefix`, to be unique in a page."""
     import matplotlib as mpl
 
     text = io.StringIO()
@@ -201,10 +201,10 @@ def _curve(
 
 
 def _mark(axes: Axes, time: float, value: float, span: tuple[float, float], *, above: bool) -> None:
-    """An extreme with its value, beside it where it is near an end of the times."""
+    """An extreme with its value, to its side near an end of the curve."""
     axes.plot([time], [value], "o", color=_MARK, markersize=2.6, zorder=4)
     height = float(np.ptp(axes.dataLim.intervaly))
-    value = value if abs(value) > 1e-9 * height else 0.0  # round-off is not worth a label
+    value = value if abs(value) > 1e-9 * height else 0.0  # round-off is not shown
     along = (time - span[0]) / (span[1] - span[0]) if span[1] > span[0] else 0.5
     side = "left" if along < 0.15 else "right" if along > 0.85 else "center"
     axes.annotate(
@@ -220,7 +220,7 @@ def _mark(axes: Axes, time: float, value: float, span: tuple[float, float], *, a
 
 
 def _limit_lines(axes: Axes, limits: Sequence[float]) -> None:
-    """Limits that come near enough to be seen beside the curve."""
+    """Limits close enough to the curve to be shown."""
     low, high = axes.dataLim.intervaly
     room = max(high - low, 1e-9)
     for limit in limits:

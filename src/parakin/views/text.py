@@ -1,4 +1,4 @@
-"""What there is to say about a mechanism or a result, as tables for a terminal."""
+"""Tables and text for a terminal: a mechanism's mobility and home, modes, and results."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from parakin.model.graph import Graph
 from parakin.solving.modes import Search
 from parakin.solving.status import Status
 
-_FAR = 0.8  # radians, or characteristic lengths: what is no longer near a guess
-_CLOSES = 1e-9  # of the characteristic length: a stated home this near is one
+_FAR = 0.8  # [rad, or characteristic lengths]: not near a guess any more
+_CLOSES = 1e-9  # of the characteristic length: what stated values may be off
 
 
 def catalogue_table(entries: Mapping[str, tuple[str, str]]) -> RenderableType:
@@ -34,7 +34,7 @@ def catalogue_table(entries: Mapping[str, tuple[str, str]]) -> RenderableType:
 
 
 def _table(*headings: str) -> Table:
-    """A table of numbers, for a console wide enough that none is cut or folded."""
+    """A table of numbers, for a console wide enough not to fold them."""
     table = Table(box=None, pad_edge=False, header_style="bold")
     for k, heading in enumerate(headings):
         table.add_column(Text(heading), justify="left" if k == 0 else "right", no_wrap=True)
@@ -65,7 +65,7 @@ def mechanism_report(graph: Graph, home: FloatArray, found: Mobility) -> Rendera
 
 
 def mobility_lines(graph: Graph, found: Mobility) -> list[Text]:
-    """The mobility and where it comes from: a heading, then a line for each thing to say."""
+    """The mobility and where it comes from: a heading, then one line for each finding."""
     lines = [
         Text("Mobility", style="bold"),
         Text(
@@ -198,7 +198,7 @@ def _astray(graph: Graph, k: int, home: FloatArray) -> bool:
 
 
 def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> RenderableType:
-    """The branches of a mechanism: what `parakin modes` prints."""
+    """The assembly modes of a mechanism: what `parakin modes` prints."""
     angles = {c.name: c.angle for c in graph.coordinates}
     heading = [f"{n} [{'deg' if angles[n] else 'mm'}]" for n in found.told_by]
     table = _table("branch", *heading, "conditioning", "found", "variants", "beyond limits")
@@ -220,7 +220,7 @@ def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> Renderab
         table,
         Text(found.summary),
         *(
-            [Text(f"{found.singular:,} more are singular and left out: no isolated assemblies.")]
+            [Text(f"{found.singular:,} more are singular, not isolated, and left out.")]
             if found.singular
             else []
         ),
@@ -228,12 +228,12 @@ def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> Renderab
 
 
 def singularities_report(found: Closeness) -> RenderableType:
-    """How near a motion comes to singularities: what `parakin solve --singularities` adds."""
+    """How close a motion comes to singularities: what `parakin solve --singularities` adds."""
     return Group(*singularity_lines(found))
 
 
 def singularity_lines(found: Closeness) -> list[Text]:
-    """The least figure of each kind, and every crossing."""
+    """The least closeness of each type, and every crossing."""
     lines = []
     for what, figure in (
         ("type 1 (actuators move, outputs rest)", found.type1),
@@ -345,7 +345,7 @@ def solve_report(ds: xr.Dataset, found: Extremes, seconds: float) -> RenderableT
 
 
 def flag_words(found: Extremes) -> str:
-    """How many samples are flagged as what, and the first; nothing where none is."""
+    """How many samples are flagged, for what reason, and the first; "" if there are none."""
     if found.first_flag is None or found.counts is None:
         return ""
     index, time, status = found.first_flag

@@ -145,7 +145,7 @@ def test_the_handle_leads_the_platform(simulator: Page) -> None:
     _drive_from_home(simulator)
     simulator.page.wait_for_function("window.__viserMutable.nodeRefFromName['/handle']")
     before = simulator.session.drive_tab.drive.y.copy()  # type: ignore[union-attr]
-    x, y = _at_rest(simulator, 0.14 * simulator.session.scene.drawing.layout.size)
+    x, y = _at_rest(simulator, 0.14 * simulator.session.scene.drawing.arrangement.size)
     mouse = simulator.page.mouse
     mouse.move(x, y)
     mouse.down()

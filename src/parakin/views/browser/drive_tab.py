@@ -329,7 +329,7 @@ class DriveTab:
             return
         if self._handle is None:
             assert self._loaded is not None
-            size = 0.16 * self._loaded.drawing.layout.size
+            size = 0.16 * self._loaded.drawing.arrangement.size
             handle = self._page.client.scene.add_transform_controls(
                 "/handle", size, depth_test=False, position=pose[0], wxyz=pose[1]
             )

@@ -33,11 +33,11 @@ class Scene:
     _highlighted: frozenset[int] = frozenset()
 
     def __post_init__(self) -> None:
-        graph, size = self.drawing.layout.graph, self.drawing.layout.size
+        graph, size = self.drawing.arrangement.graph, self.drawing.arrangement.size
         self._solids = [mesh(piece.form) for piece in self.drawing.pieces]
         self._root = self.api.add_frame(_ROOT, show_axes=False)
         self.bodies, self._rods, self._joints, self._labels = [], [], {}, []
-        for name, (R, p) in zip(graph.bodies, self.drawing.layout.poses, strict=True):
+        for name, (R, p) in zip(graph.bodies, self.drawing.arrangement.poses, strict=True):
             frame = self.api.add_frame(
                 self._node(name),
                 show_axes=False,
@@ -59,7 +59,7 @@ class Scene:
         return f"{_ROOT}/{body}/{part}" if part else f"{_ROOT}/{body}"
 
     def _add_bodies(self) -> None:
-        graph = self.drawing.layout.graph
+        graph = self.drawing.arrangement.graph
         for body, name in enumerate(graph.bodies):
             parts: dict[str, list[Mesh]] = {}
             shape = self.meshes.get(name)
@@ -80,7 +80,7 @@ class Scene:
             self._labels.append(self.api.add_label(node, point, position=p, visible=False))
 
     def _add_joints(self) -> None:
-        graph = self.drawing.layout.graph
+        graph = self.drawing.arrangement.graph
         named: set[int] = set()
         for k, piece in enumerate(self.drawing.pieces):
             if piece.joint is None or graph.bodies[piece.body] in self.meshes:
@@ -99,17 +99,17 @@ class Scene:
     def _add_rods(self) -> None:
         for rod in self.drawing.rods:
             start, end = (
-                self.drawing.layout.world(rod.parent, rod.start)[0],
-                self.drawing.layout.world(rod.child, rod.end)[0],
+                self.drawing.arrangement.world(rod.parent, rod.start)[0],
+                self.drawing.arrangement.world(rod.child, rod.end)[0],
             )
             along = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, float(np.linalg.norm(end - start))]])
-            name = self.drawing.layout.graph.joints[rod.joint].name
+            name = self.drawing.arrangement.graph.joints[rod.joint].name
             node = self._mesh(f"{_ROOT}/.rod {name}", mesh(Bar(along, rod.radius)), _ROD)
             self._joints.setdefault(rod.joint, []).append((node, _ROD))
             self._rods.append(node)
         self._place_rods(
-            np.array([p for _, p in self.drawing.layout.poses]),
-            np.array([_quaternion(R) for R, _ in self.drawing.layout.poses]),
+            np.array([p for _, p in self.drawing.arrangement.poses]),
+            np.array([_quaternion(R) for R, _ in self.drawing.arrangement.poses]),
         )
 
     def _mesh(self, name: str, solid: Mesh, colour: tuple[int, int, int]) -> Any:
@@ -119,9 +119,9 @@ class Scene:
 
     def _floor(self, up: FloatArray) -> None:
         """A grid below the mechanism, perpendicular to the up axis."""
-        view, size = self.drawing.view, self.drawing.layout.size
+        view, size = self.drawing.view, self.drawing.arrangement.size
         below = min(
-            float((self.drawing.layout.world(piece.body, solid.vertices) @ up).min())
+            float((self.drawing.arrangement.world(piece.body, solid.vertices) @ up).min())
             for piece, solid in zip(self.drawing.pieces, self._solids, strict=True)
         )
         cell = 10.0 ** np.floor(np.log10(size / 4))

@@ -1,7 +1,7 @@
 """The kinematic scheme of a mechanism at home: ISO 3952 symbols, names, frames and dimensions.
 
 Everything is laid out on a sheet in points before anything is drawn, so that symbols, arrows and
-lettering keep their size whatever the mechanism's, and labels can make way for one another.
+lettering have the same size for every mechanism, and labels can avoid one another.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def _skeleton(axes: Axes, sheet: Sheet) -> None:
             draw_line(axes, points, 0.8, FIXED, 0.6, "--")
         else:
             draw_line(axes, points, 1.9, INK, 2)
-    for body, p in sheet.drawing.layout.graph.points.values():
+    for body, p in sheet.drawing.arrangement.graph.points.values():
         _point_line(axes, sheet, body, sheet.at(body, np.array(p, dtype=float))[0])
     for rod in sheet.drawing.rods:
         start, end = sheet.at(rod.parent, rod.start), sheet.at(rod.child, rod.end)
@@ -144,7 +144,7 @@ def _skeleton(axes: Axes, sheet: Sheet) -> None:
 
 
 def _point_line(axes: Axes, sheet: Sheet, body: int, at: FloatArray) -> None:
-    """A thin triangle from a link to a point beside it, such as a coupler's."""
+    """A thin triangle from a link to a point off its line, such as a coupler's."""
     own = [p for p in sheet.drawing.pieces if p.body == body and p.joint is None]
     if (
         body == 0
@@ -164,8 +164,8 @@ def _point_line(axes: Axes, sheet: Sheet, body: int, at: FloatArray) -> None:
 
 
 def _joint(axes: Axes, sheet: Sheet, number: int) -> None:
-    """The symbol of a joint, its first stroke named after its kind and number in the drawing."""
-    graph, sight, s = sheet.drawing.layout.graph, sheet.sight, sheet.s
+    """The symbol of a joint; its first stroke has the joint's kind and number as its id."""
+    graph, sight, s = sheet.drawing.arrangement.graph, sheet.sight, sheet.s
     joint = graph.joints[number]
     pieces = [p for p in sheet.drawing.pieces if p.joint == number]
     if joint.name == "platform" or not pieces:
@@ -173,8 +173,8 @@ def _joint(axes: Axes, sheet: Sheet, number: int) -> None:
     if joint.kind == "rod":
         _rod(axes, sheet, number)
         return
-    place = sheet.drawing.layout.world(pieces[0].body, outline_of(pieces[0])).mean(axis=0)
-    at, axis = sheet.flat(place)[0], sheet.drawing.layout.axis(joint)
+    place = sheet.drawing.arrangement.world(pieces[0].body, outline_of(pieces[0])).mean(axis=0)
+    at, axis = sheet.flat(place)[0], sheet.drawing.arrangement.axis(joint)
     child = _away(sheet.drawing, joint.child, place)
     strokes: list[Stroke] = []
     half = 1.9 * s
@@ -182,7 +182,9 @@ def _joint(axes: Axes, sheet: Sheet, number: int) -> None:
         strokes = symbols.sleeve(sight, at, axis, 1.25 * s, 0.85 * s)
         extra = symbols.axis_line(sight, at, axis, 2.6 * s)
     elif joint.kind == "universal":
-        second = sheet.drawing.layout.poses[joint.child][0] @ np.array(joint.M.R, dtype=float)[:, 2]
+        second = (
+            sheet.drawing.arrangement.poses[joint.child][0] @ np.array(joint.M.R, dtype=float)[:, 2]
+        )
         strokes, extra = symbols.cross(sight, at, (axis, second), child, s), []
     elif joint.kind == "spherical":
         strokes, extra = symbols.ball(at, sight.flat(child), s), []
@@ -236,15 +238,15 @@ def _rod(axes: Axes, sheet: Sheet, number: int) -> None:
         for j, stroke in enumerate(symbols.ball(at, way, r)):
             draw_stroke(axes, stroke, INK, "white", 3.2, "" if j or k else name, 0.9)
             sheet.taken.line(stroke.points)
-    text = sheet.drawing.layout.graph.joints[number].name
+    text = sheet.drawing.arrangement.graph.joints[number].name
     sheet.labels.append(Label(text, (start + end) / 2, 4.0, INK))
 
 
 def _away(drawing: Drawing, body: int, place: FloatArray) -> FloatArray:
-    """From a joint's place towards the rest of a body."""
-    own = [drawing.layout.world(body, outline_of(p)) for p in drawing.pieces if p.body == body]
+    """The vector from a joint's place to the middle of a body."""
+    own = [drawing.arrangement.world(body, outline_of(p)) for p in drawing.pieces if p.body == body]
     own += [
-        drawing.layout.world(body, r.end if r.child == body else r.start)
+        drawing.arrangement.world(body, r.end if r.child == body else r.start)
         for r in drawing.rods
         if body in (r.parent, r.child)
     ]
@@ -265,8 +267,8 @@ def _depth(sheet: Sheet, place: FloatArray) -> float:
 def _drive(
     axes: Axes, sheet: Sheet, number: int, at: FloatArray, axis: FloatArray, half: float
 ) -> None:
-    """The arrow of a driven joint: straight beside a slide, round about a turn."""
-    joint, s = sheet.drawing.layout.graph.joints[number], sheet.s
+    """The arrow of a driven joint: straight along a slide, curved about a hinge."""
+    joint, s = sheet.drawing.arrangement.graph.joints[number], sheet.s
     if joint.kind in SLIDES:
         along = sheet.sight.flat(axis)
         size = float(np.linalg.norm(along))
