@@ -92,14 +92,13 @@ def report(mechanism: Mechanism | str | Path, motion: str | Path, path: str | Pa
     """
     from parakin.solving.compiler import compile
     from parakin.views import report as reports
-    from parakin.views.report_curves import peaks
-    from parakin.views.text import extremes
+    from parakin.views.extremes import extremes
 
     reports.check_report(Path(path))
     solver = compile(_given(mechanism), coordinates="all")
     moved = solver.motion(motion)
     result = solver.solve(moved)
-    solved = reports.Solved(solver, moved, result, extremes(result), peaks(result))
+    solved = reports.Solved(solver, moved, result, extremes(result))
     made = f"parakin.report({solver.mechanism.name!r}, {moved.name!r}, {Path(path).name!r})"
     reports.write(reports.report(solved, made, datetime.now().astimezone()), Path(path))
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from parakin.model.mechanism import Mechanism
-    from parakin.views.text import Extremes
+    from parakin.views.extremes import Extremes
 
 _WINDOW = 100_000
 _PATIENCE = 1.0  # seconds before there is a progress bar
@@ -311,7 +311,6 @@ def _report(options: argparse.Namespace) -> int:
     from parakin.files.writing import check_writable
     from parakin.solving.compiler import compile as compile_mechanism
     from parakin.views import report
-    from parakin.views.report_curves import peaks
     from parakin.views.text import flag_words
 
     report.check_report(options.output)
@@ -320,12 +319,12 @@ def _report(options: argparse.Namespace) -> int:
     solver = compile_mechanism(_load(options), coordinates="all")
     motion = solver.motion(options.motion)
     console = _console(stderr=True, width=_WIDE)
-    run, found = _Run(motion.count, True), None
-    for window in run.watched(solver.stream(motion, _WINDOW, parallel=True), console):
-        found = peaks(window, found)
-    if run.found is None or found is None:
+    run = _Run(motion.count, True)
+    for _ in run.watched(solver.stream(motion, _WINDOW, parallel=True), console):
+        pass
+    if run.found is None:
         raise InputError(f"motion {motion.name}", "no samples", "at least one")
-    solved = report.Solved(solver, motion, run.picture(), run.found, found)
+    solved = report.Solved(solver, motion, run.picture(), run.found)
     report.write(report.report(solved, options.said, datetime.now().astimezone()), options.output)
     flagged = flag_words(run.found)
     if flagged:
@@ -357,7 +356,8 @@ class _Run:
     def watched(self, windows: Iterator[xr.Dataset], console: Console) -> Iterator[xr.Dataset]:
         from rich.progress import Progress
 
-        from parakin.views.text import extremes
+        from parakin.views.extremes import extremes
+        from parakin.views.thinning import every
 
         begun = time.perf_counter()
         with ExitStack() as stack:
@@ -368,10 +368,11 @@ class _Run:
                 self.seconds += time.perf_counter() - start
                 if window is None:
                     return
+                begin = 0 if self.found is None else self.found.samples
                 self.found = extremes(window, self.found)
                 self.last = window
                 if self._thinned is not None:
-                    self._thinned.append(window.isel(time=slice(None, None, self._stride)).copy())
+                    self._thinned.append(every(self._stride, window, begin))
                 yield window
                 if bar is None and console.is_terminal and time.perf_counter() - begun > _PATIENCE:
                     bar = stack.enter_context(Progress(console=console, transient=True))
@@ -380,9 +381,7 @@ class _Run:
                     bar.update(task, completed=self.found.samples)
 
     def picture(self) -> xr.Dataset:
-        import xarray as xr
+        from parakin.views.thinning import joined
 
         assert self._thinned is not None
-        if len(self._thinned) == 1:
-            return self._thinned[0]
-        return xr.concat(self._thinned, dim="time", data_vars="minimal")
+        return joined(self._thinned)

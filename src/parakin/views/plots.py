@@ -12,6 +12,8 @@ from parakin.arrays import ORDERS
 from parakin.errors import InputError
 from parakin.files.writing import check_suffix, replacing
 from parakin.solving.status import Status
+from parakin.views.thinning import thinned
+from parakin.views.units import DEGREES, PER_TIME
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,7 +24,7 @@ SUFFIXES = (".png", ".svg", ".pdf")
 _DASHES = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)))
 # Okabe and Ito's colours, safe for colour-blind readers; dashes distinguish them in grey.
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-_POINTS = 20_000  # more than a printer resolves
+_BUCKETS = 5000  # of a thinned curve: more than a printer resolves
 
 
 def check_figure(path: Path) -> None:
@@ -107,22 +109,20 @@ def _draw(
     unit: str,
     symbols: Mapping[str, str],
 ) -> None:
-    stride = max(1, -(-ds.sizes["time"] // _POINTS))
-    time = ds["time"].values[::stride]
-    values = ds[order].sel(coordinate=list(names)).values[::stride]
+    time, values = ds["time"].values, ds[order].sel(coordinate=list(names)).values
     values = np.degrees(values) if unit == "rad" else values
     for k, name in enumerate(names):
+        rows = thinned(values[None, :, k], _BUCKETS)
         axes.plot(
-            time,
-            values[:, k],
+            time[rows],
+            values[rows, k],
             color=_COLOURS[k % len(_COLOURS)],
             linestyle=_DASHES[k // len(_COLOURS) + k % 3 if k < 3 else k % len(_DASHES)],
             linewidth=1.2,
             label=f"${symbols[name]}$" if name in symbols else name,
         )
-    shown = "deg" if unit == "rad" else "m"
-    over = ("", "/s", "/s²", "/s³")[ORDERS.index(order)]
-    axes.set_ylabel(f"{order} [{shown}{over}]")
+    shown = DEGREES.name if unit == "rad" else "m"
+    axes.set_ylabel(f"{order} [{shown}{PER_TIME[ORDERS.index(order)]}]")
     axes.grid(visible=True, linewidth=0.3, color="0.8")
     axes.margins(x=0)
     axes.axhline(0.0, color="0.5", linewidth=0.5, zorder=0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -18,6 +17,8 @@ from parakin.arrays import FloatArray
 from parakin.model.graph import Graph
 from parakin.solving.modes import Search
 from parakin.solving.status import Status
+from parakin.views.extremes import Extremes
+from parakin.views.units import PER_TIME, unit_of
 
 _FAR = 0.8  # [rad, or characteristic lengths]: not near a guess any more
 _CLOSES = 1e-9  # of the characteristic length: what stated values may be off
@@ -39,11 +40,6 @@ def _table(*headings: str) -> Table:
     for k, heading in enumerate(headings):
         table.add_column(Text(heading), justify="left" if k == 0 else "right", no_wrap=True)
     return table
-
-
-def shown(value: float, angle: bool) -> str:
-    """A coordinate for reading: millimetres or degrees."""
-    return f"{math.degrees(value):z.4f} deg" if angle else f"{1e3 * value:z.4f} mm"
 
 
 def mechanism_report(graph: Graph, home: FloatArray, found: Mobility) -> RenderableType:
@@ -147,13 +143,14 @@ def _home_table(graph: Graph, home: FloatArray) -> Table:
     given = {**graph.guess, **graph.stated, **graph.home}
     for k, coordinate in enumerate(graph.coordinates):
         name = coordinate.name + (" *" if coordinate.actuated else "")
-        row = [shown(float(home[k]), coordinate.angle)]
+        unit = unit_of(coordinate.angle)
+        row = [unit.plain(float(home[k]))]
         if k in counted_from_home:
             name += " (counted from here)"
         if k in given:
             word = "held" if k in graph.home else ("stated" if k in graph.stated else "guess")
-            row.append(f"{shown(given[k], coordinate.angle)} {word}")
-            row.append(shown(float(home[k]) - given[k], coordinate.angle))
+            row.append(f"{unit.plain(given[k])} {word}")
+            row.append(unit.plain(float(home[k]) - given[k]))
         else:
             row += ["", ""]
         table.add_row(Text(name), *row)
@@ -181,7 +178,7 @@ def _home_notes(graph: Graph, home: FloatArray) -> list[Text]:
         if size[worst] > _CLOSES * graph.length:
             said = (
                 "  The stated values do not quite close the loops: the largest difference is "
-                f"{shown(off[worst], graph.coordinates[worst].angle)} at "
+                f"{unit_of(graph.coordinates[worst].angle).plain(off[worst])} at "
                 f"{graph.coordinates[worst].name}."
             )
         notes.append(Text(said))
@@ -199,14 +196,11 @@ def _astray(graph: Graph, k: int, home: FloatArray) -> bool:
 
 def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> RenderableType:
     """The assembly modes of a mechanism: what `parakin modes` prints."""
-    angles = {c.name: c.angle for c in graph.coordinates}
-    heading = [f"{n} [{'deg' if angles[n] else 'mm'}]" for n in found.told_by]
+    units = {c.name: unit_of(c.angle) for c in graph.coordinates}
+    heading = [f"{n} [{units[n].name}]" for n in found.told_by]
     table = _table("branch", *heading, "conditioning", "found", "variants", "beyond limits")
     for branch in found.modes:
-        values = [
-            f"{(math.degrees(1.0) if angles[n] else 1e3) * branch.coordinates[n]:z.3f}"
-            for n in found.told_by
-        ]
+        values = [f"{units[n].per_si * branch.coordinates[n]:z.3f}" for n in found.told_by]
         table.add_row(
             branch.name,
             *values,
@@ -250,84 +244,27 @@ def singularity_lines(found: Closeness) -> list[Text]:
     return lines
 
 
-@dataclass
-class Extremes:
-    """Running extremes over the windows of a result: a long motion is never held whole."""
-
-    coordinates: Sequence[str]
-    low: FloatArray
-    high: FloatArray
-    speed: FloatArray
-    acceleration: FloatArray
-    jerk: FloatArray | None = None
-    residual: float = 0.0
-    conditioning: float = 1.0
-    samples: int = 0
-    counts: FloatArray | None = None
-    first_flag: tuple[int, float, Status] | None = None
-
-
-def extremes(ds: xr.Dataset, before: Extremes | None = None) -> Extremes:
-    """The extremes of one more window."""
-    n = ds.sizes["coordinate"]
-    found = before or Extremes(
-        ds["coordinate"].values.tolist(),
-        np.full(n, np.inf),
-        np.full(n, -np.inf),
-        np.zeros(n),
-        np.zeros(n),
-        counts=np.zeros(len(Status)),
-    )
-    q = ds["position"].values
-    found.low = np.fmin(found.low, np.fmin.reduce(q))
-    found.high = np.fmax(found.high, np.fmax.reduce(q))
-    found.speed = np.fmax(found.speed, np.fmax.reduce(np.abs(ds["velocity"].values)))
-    found.acceleration = np.fmax(
-        found.acceleration, np.fmax.reduce(np.abs(ds["acceleration"].values))
-    )
-    if "jerk" in ds:
-        before_this = np.zeros(n) if found.jerk is None else found.jerk
-        found.jerk = np.fmax(before_this, np.fmax.reduce(np.abs(ds["jerk"].values)))
-    found.residual = float(np.fmax(found.residual, np.fmax.reduce(ds["residual"].values)))
-    found.conditioning = float(
-        np.fmin(found.conditioning, np.fmin.reduce(ds["conditioning"].values))
-    )
-    status = ds["status"].values
-    if found.counts is not None:
-        found.counts += np.bincount(status, minlength=len(Status))
-    if found.first_flag is None and status.any():
-        i = int(np.argmax(status != 0))
-        found.first_flag = (found.samples + i, float(ds["time"].values[i]), Status(int(status[i])))
-    found.samples += len(status)
-    return found
-
-
 def solve_report(ds: xr.Dataset, found: Extremes, seconds: float) -> RenderableType:
     """What `parakin solve` prints: strokes, peaks, the worst residual, flags, time and rate.
 
     ds: any window of the result, for names, units and home. seconds: time spent solving.
     """
-    headings = ["actuated", "from", "to", "stroke from home", "peak speed", "peak accel."]
-    table = _table(*headings, *([] if found.jerk is None else ["peak jerk"]))
-    units = ds["unit"].values.tolist()
+    names = ("peak speed", "peak accel.", "peak jerk")[: len(found.low) - 1]
+    table = _table("actuated", "from", "to", "stroke from home", *names)
     chosen = np.flatnonzero(ds["actuated"].values).tolist() or range(ds.sizes["coordinate"])
-    home = ds["home"].values
     for k in chosen:
-        angle = units[k] == "rad"
-        scale, unit = (math.degrees(1.0), "deg") if angle else (1e3, "mm")
-        name = Text(f"{found.coordinates[k]} [{unit}]")
-        if not np.isfinite(found.low[k]):
+        unit, home = unit_of(ds["unit"].values[k] == "rad"), float(ds["home"].values[k])
+        name = Text(f"{found.coordinates[k]} [{unit.name}]")
+        low, high = float(found.low[0, k]), float(found.high[0, k])
+        if not np.isfinite(low):
             table.add_row(name, "nothing solved", *[""] * (len(table.columns) - 2))
             continue
-        down, up = scale * (found.low[k] - home[k]), scale * (found.high[k] - home[k])
+        peaks = [found.peak(order, k)[0] for order in range(1, len(found.low))]
         table.add_row(
             name,
-            f"{scale * found.low[k]:z.3f}",
-            f"{scale * found.high[k]:z.3f}",
-            f"{down:+z.3f} .. {up:+z.3f}",
-            f"{scale * found.speed[k]:.3f} {unit}/s",
-            f"{scale * found.acceleration[k]:.3f} {unit}/s²",
-            *([] if found.jerk is None else [f"{scale * found.jerk[k]:.3f} {unit}/s³"]),
+            *(f"{unit.per_si * value:z.3f}" for value in (low, high)),
+            " .. ".join(f"{unit.per_si * (value - home):+z.3f}" for value in (low, high)),
+            *(unit.plain(peak, ".3f", per) for peak, per in zip(peaks, PER_TIME[1:], strict=False)),
         )
     rate = found.samples / seconds if seconds else math.inf
     lines = [
@@ -346,7 +283,7 @@ def solve_report(ds: xr.Dataset, found: Extremes, seconds: float) -> RenderableT
 
 def flag_words(found: Extremes) -> str:
     """How many samples are flagged, for what reason, and the first; "" if there are none."""
-    if found.first_flag is None or found.counts is None:
+    if found.first_flag is None:
         return ""
     index, time, status = found.first_flag
     each = ", ".join(

@@ -5,19 +5,25 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-PER_TIME = ("", "/s", "/s²", "/s³")  # what an order of derivative adds to a unit
+PER_TIME = ("", "/s", "/s²", "/s³")  # by order of derivative
 
 
 class Unit(NamedTuple):
-    """A unit by its names in plain and in set text, and how many of it make one SI unit."""
+    """A unit: its name in plain text, its symbol as it follows a number, and how many make one SI
+    unit.
+    """
 
-    plain: str
-    set: str
+    name: str
+    symbol: str
     per_si: float
 
-    def written(self, value: float, digits: int = 4) -> str:
-        """A value in SI with this unit, in plain text."""
-        return f"{self.per_si * value:z.{digits}f} {self.plain}"
+    def plain(self, value: float, form: str = ".4f", per: str = "") -> str:
+        """A value in SI, in this unit, for a terminal."""
+        return f"{self.per_si * value:z{form}} {self.name}{per}"
+
+    def typeset(self, value: float, form: str = ".3f", per: str = "") -> str:
+        """A value in SI, in this unit, for a page or figure."""
+        return f"{self.per_si * value:z{form}}{self.symbol}{per}"
 
 
 MILLIMETRES = Unit("mm", " mm", 1e3)
@@ -25,5 +31,5 @@ DEGREES = Unit("deg", "°", math.degrees(1.0))
 
 
 def unit_of(angle: bool) -> Unit:
-    """The unit of a length or an angle."""
+    """The unit of an angle or a length."""
     return DEGREES if angle else MILLIMETRES

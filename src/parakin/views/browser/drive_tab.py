@@ -125,7 +125,7 @@ class DriveTab:
                 high = step * math.ceil(scale * span[1] / step)
                 with self._tab:
                     slider = self._page.client.gui.add_slider(
-                        f"{name} [{unit.plain}]", low, high, step, low
+                        f"{name} [{unit.name}]", low, high, step, low
                     )
                 self._page.on(slider.on_update, partial(self._slider_moved, name))
                 self._sliders[name] = slider

@@ -8,7 +8,7 @@ import numpy as np
 
 from parakin.arrays import ORDERS, FloatArray
 from parakin.views.browser.playback import Playback
-from parakin.views.report_curves import thinned
+from parakin.views.thinning import thinned
 from parakin.views.units import DEGREES, MILLIMETRES, PER_TIME
 
 _BUCKETS = 120
@@ -45,7 +45,7 @@ class LivePlots:
                         values = unit.per_si * playback.histories[order][:, chosen].T
                         names = [playback.actuators[k] for k in chosen]
                         rows = thinned(values, _BUCKETS)
-                        title = f"{quantity} [{unit.plain}{over}]"
+                        title = f"{quantity} [{unit.name}{over}]"
                         self._add(title, playback.time[rows], values[:, rows], names)
 
     def _add(self, title: str, time: FloatArray, values: FloatArray, names: list[str]) -> None:

@@ -13,11 +13,10 @@ from parakin.errors import InputError
 from parakin.solving.solver import Solver
 from parakin.solving.status import SOLVED, Status
 from parakin.views.browser.drive import Drive, Stop
+from parakin.views.thinning import every, joined
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from parakin.motion.motion import Motion
 
 _SAMPLES = 36_000  # ten minutes at sixty a second: more than a page shows
 _WINDOW = 100_000
@@ -64,7 +63,8 @@ def playback_of(solver: Solver, name: str) -> Playback:
     """Solve a motion up to the first sample that fails. Raises InputError."""
     motion = solver.motion(name)
     stride = max(1, -(-motion.count // _SAMPLES))
-    ds = _every(solver, motion, stride)
+    windows = enumerate(solver.stream(motion, _WINDOW, bodies=True))
+    ds = joined([every(stride, window, k * _WINDOW) for k, window in windows])
     solved = np.isin(ds["status"].values, SOLVED)
     count = len(solved) if solved.all() else int(np.argmin(solved))
     if count == 0:
@@ -95,19 +95,6 @@ def playback_of(solver: Solver, name: str) -> Playback:
         stop,
         f", one sample in {stride}" if stride > 1 else "",
     )
-
-
-def _every(solver: Solver, motion: Motion, stride: int) -> xr.Dataset:
-    """Every stride-th sample of a result with all bodies."""
-    import xarray as xr
-
-    windows = []
-    for k, window in enumerate(solver.stream(motion, _WINDOW, bodies=True)):
-        first = -(k * _WINDOW) % stride
-        windows.append(window.isel(time=slice(first, None, stride)))
-    if len(windows) == 1:
-        return windows[0]
-    return xr.concat(windows, dim="time", data_vars="minimal")
 
 
 def _beyond_limits(solver: Solver, ds: xr.Dataset) -> dict[int, BoolArray]:

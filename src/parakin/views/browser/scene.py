@@ -7,13 +7,16 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from parakin.arrays import FloatArray
 from parakin.views.solids.drawing import COLOURS, Drawing
 from parakin.views.solids.shapes import Bar, Mesh, joined, mesh
+from parakin.views.thinning import thinned
 
 _ROOT = "/mechanism"  # of all bodies; other nodes begin with a dot, which no name of a body does
 _ROD = (150, 158, 168)
+_BUCKETS = 130  # of a trace
 
 
 @dataclass
@@ -37,7 +40,9 @@ class Scene:
         self._solids = [mesh(piece.form) for piece in self.drawing.pieces]
         self._root = self.api.add_frame(_ROOT, show_axes=False)
         self.bodies, self._rods, self._joints, self._labels = [], [], {}, []
-        for name, (R, p) in zip(graph.bodies, self.drawing.arrangement.poses, strict=True):
+        R, position = (np.array(part) for part in zip(*self.drawing.arrangement.poses, strict=True))
+        wxyz = Rotation.from_matrix(R).as_quat(scalar_first=True)
+        for name, p, turn in zip(graph.bodies, position, wxyz, strict=True):
             frame = self.api.add_frame(
                 self._node(name),
                 show_axes=False,
@@ -45,12 +50,13 @@ class Scene:
                 axes_radius=0.004 * size,
                 origin_radius=0.008 * size,
                 position=p,
-                wxyz=_quaternion(R),
+                wxyz=turn,
             )
             self.bodies.append(frame)
         self._add_bodies()
         self._add_joints()
         self._add_rods()
+        self._place_rods(position, wxyz)
         view = self.drawing.view
         self.trace_node: Any = None
         self._floor(view.up)
@@ -107,10 +113,6 @@ class Scene:
             node = self._mesh(f"{_ROOT}/.rod {name}", mesh(Bar(along, rod.radius)), _ROD)
             self._joints.setdefault(rod.joint, []).append((node, _ROD))
             self._rods.append(node)
-        self._place_rods(
-            np.array([p for _, p in self.drawing.arrangement.poses]),
-            np.array([_quaternion(R) for R, _ in self.drawing.arrangement.poses]),
-        )
 
     def _mesh(self, name: str, solid: Mesh, colour: tuple[int, int, int]) -> Any:
         return self.api.add_mesh_simple(
@@ -141,16 +143,16 @@ class Scene:
         for handle, p, turn in zip(self.bodies[1:], position, wxyz, strict=True):
             handle.position = p
             handle.wxyz = turn
-        if self._rods:
-            home = np.array([[1.0, 0.0, 0.0, 0.0]])
-            self._place_rods(
-                np.concatenate([np.zeros((1, 3)), position]), np.concatenate([home, wxyz])
-            )
+        base = np.array([[1.0, 0.0, 0.0, 0.0]])
+        self._place_rods(np.concatenate([np.zeros((1, 3)), position]), np.concatenate([base, wxyz]))
 
     def _place_rods(self, position: FloatArray, wxyz: FloatArray) -> None:
+        if not self._rods:
+            return
+        R = Rotation.from_quat(wxyz, scalar_first=True).as_matrix()
         for node, rod in zip(self._rods, self.drawing.rods, strict=True):
-            start = position[rod.parent] + _turned(wxyz[rod.parent], rod.start)
-            end = position[rod.child] + _turned(wxyz[rod.child], rod.end)
+            start = position[rod.parent] + R[rod.parent] @ rod.start
+            end = position[rod.child] + R[rod.child] @ rod.end
             node.position = start
             node.wxyz = _from_z((end - start) / np.linalg.norm(end - start))
 
@@ -172,12 +174,15 @@ class Scene:
         for label in self._labels:
             label.visible = shown
 
-    def trace(self, points: FloatArray) -> None:
-        """Replace the trace by a line along points (n, 3); no line if n < 2."""
+    def trace(self, points: FloatArray | None) -> None:
+        """Replace the trace by a line along points (n, 3), or by none."""
         if self.trace_node is not None:
             self.trace_node.remove()
             self.trace_node = None
+        if points is None:
+            return
         points = points[np.isfinite(points).all(axis=1)]
+        points = points[thinned(points.T, _BUCKETS)]
         if len(points) > 1:
             pairs = np.stack([points[:-1], points[1:]], axis=1).astype(np.float32)
             self.trace_node = self.api.add_line_segments(
@@ -193,27 +198,11 @@ class Scene:
         self._root.remove()
 
 
-def _quaternion(R: FloatArray) -> FloatArray:
-    from scipy.spatial.transform import Rotation
-
-    return np.asarray(Rotation.from_matrix(R).as_quat(scalar_first=True))
-
-
-def _turned(wxyz: FloatArray, p: FloatArray) -> FloatArray:
-    w, v = wxyz[0], wxyz[1:]
-    across = 2.0 * _cross(v, p)
-    return np.asarray(p + w * across + _cross(v, across))
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """As np.cross, which for single vectors takes longer than all the rest."""
-    return np.array(
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    )
-
-
 def _from_z(direction: FloatArray) -> FloatArray:
-    """The shortest turn from z to a unit vector, as a quaternion wxyz."""
+    """The shortest turn from z to a unit vector, as a quaternion wxyz.
+
+    SciPy's align_vectors takes sixty times as long, and this runs for every rod and pose.
+    """
     x, y, z = direction.tolist()
     if z < -1 + 1e-12:
         return np.array([0.0, 1.0, 0.0, 0.0])

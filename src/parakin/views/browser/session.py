@@ -13,8 +13,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from parakin.arrays import FloatArray
 from parakin.errors import ParakinError
 from parakin.views.browser.content import Content, LoadedMechanism
@@ -207,11 +205,8 @@ class Session:
         self.seek(min(max(at, float(playback.time[0])), float(playback.time[-1])))
 
     def _trace(self) -> None:
-        seen = self.playback is not None and self.playback.point is not None and self._traced.value
-        points = self.playback.point if seen and self.playback is not None else None
-        if points is None:
-            points = np.zeros((0, 3))
-        self.scene.trace(points[:: max(1, len(points) // 400)])
+        playback = self.playback
+        self.scene.trace(playback.point if playback is not None and self._traced.value else None)
 
     def toggle(self) -> None:
         """Play or pause."""

@@ -34,8 +34,7 @@ def standalone_page(loaded: LoadedMechanism, playback: Playback | None) -> str:
         server.initial_camera.look_at = view.middle
         server.scene.configure_default_lights(enabled=True, cast_shadow=False)
         scene = Scene(server.scene, loaded.drawing, loaded.meshes)
-        if playback is not None and playback.point is not None:
-            scene.trace(playback.point[:: max(1, len(playback.point) // 400)])
+        scene.trace(None if playback is None else playback.point)
         serializer = server.get_scene_serializer()
         if playback is not None:
             span = float(playback.time[-1] - playback.time[0])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from itertools import combinations
 from typing import NamedTuple
@@ -15,6 +14,7 @@ from parakin.model.expressions import ANGLE, LENGTH, Parameters
 from parakin.model.graph import Graph, graph_of
 from parakin.model.mechanism import Mechanism
 from parakin.views.solids.drawing import Drawing
+from parakin.views.units import DEGREES, MILLIMETRES
 
 _STEP = 1.0 / 64.0  # relative change of a parameter, to see which lengths follow
 _EQUAL = 1e-9
@@ -44,9 +44,9 @@ def parameters(mechanism: Mechanism) -> list[Parameter]:
         dimension = known.dimension(name)
         shown = f"{value:z.6g}"
         if dimension == LENGTH:
-            shown = f"{1e3 * value:z.6g} mm"
+            shown = MILLIMETRES.typeset(value, ".6g")
         elif dimension == ANGLE:
-            shown = f"{math.degrees(value):z.6g}°"
+            shown = DEGREES.typeset(value, ".6g")
         rows.append(Parameter(name, shown, str(mechanism.parameters[name])))
     return rows
 
