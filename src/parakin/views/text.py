@@ -62,30 +62,39 @@ def mechanism_report(graph: Graph, home: FloatArray, found: Mobility) -> Rendera
 
 def mobility_lines(graph: Graph, found: Mobility) -> list[Text]:
     """The mobility and where it comes from: a heading, then one line for each finding."""
-    lines = [
+    return [
         Text("Mobility", style="bold"),
-        Text(
-            f"  Grübler-Kutzbach: {found.grubler} "
-            f"({found.bodies} bodies with the base, {found.joints} joints)"
-        ),
-        Text(f"  by rank: {found.home} at home, {_nearby(found)}"),
+        *_counted(found),
+        *_notable(found),
+        *_driving(graph.mechanism.driven, found),
+    ]
+
+
+def _counted(found: Mobility) -> list[Text]:
+    """The mobility by formula and by rank, and the loops' redundancy."""
+    lines = [
+        f"  Grübler-Kutzbach: {found.grubler} "
+        f"({found.bodies} bodies with the base, {found.joints} joints)",
+        f"  by rank: {found.home} at home, {_nearby(found)}",
     ]
     if found.cuts:
         lines.append(
-            Text(
-                f"  {found.tree_coordinates} coordinates in the tree; cut at "
-                f"{', '.join(found.cuts)}: {found.rows} closure rows, {found.rank} independent, "
-                f"{found.redundant} redundant"
-            )
+            f"  {found.tree_coordinates} coordinates in the tree; cut at "
+            f"{', '.join(found.cuts)}: {found.rows} closure rows, {found.rank} independent, "
+            f"{found.redundant} redundant"
         )
-    for loop in found.loops:
-        if 1 < loop.rank < 6:
-            lines.append(
-                Text(
-                    f"  the loop {', '.join(loop.joints)} has rank {loop.rank}: "
-                    f"{6 - loop.rank} of its six equations come for free"
-                )
-            )
+    lines += [
+        f"  the loop {', '.join(loop.joints)} has rank {loop.rank}: "
+        f"{6 - loop.rank} of its six equations come for free"
+        for loop in found.loops
+        if 1 < loop.rank < 6
+    ]
+    return [Text(line) for line in lines]
+
+
+def _notable(found: Mobility) -> list[Text]:
+    """Idle freedoms, and what is special about the mobility."""
+    lines = []
     if found.idle:
         lines.append(
             Text(
@@ -96,35 +105,28 @@ def mobility_lines(graph: Graph, found: Mobility) -> list[Text]:
     if found.generic == 0:
         lines.append(Text("  a structure: nothing can move", style="bold red"))
     if found.nearby and found.home != min(found.nearby):
-        lines.append(
-            Text(
-                f"  home is special: {found.home} there, {min(found.nearby)} in general",
-                style="bold yellow",
-            )
-        )
-    driven = ", ".join(graph.mechanism.driven)
-    if driven:
-        lines.append(Text(f"  driven: {driven}"))
+        special = f"  home is special: {found.home} there, {min(found.nearby)} in general"
+        lines.append(Text(special, style="bold yellow"))
+    return lines
+
+
+def _driving(driven: Sequence[str], found: Mobility) -> list[Text]:
+    """What is driven, and whether it is as much as can move."""
+    lines = [Text(f"  driven: {', '.join(driven)}")] if driven else []
+    more = found.generic - len(found.idle) - found.wanted
     if found.generic < found.wanted:
-        lines.append(
-            Text(
-                f"  {found.wanted} coordinates are to be driven, but only {found.generic} can move",
-                style="bold red",
-            )
-        )
+        only = f"  {found.wanted} coordinates are to be driven, but only {found.generic} can move"
+        lines.append(Text(only, style="bold red"))
         if found.to_blame:
-            cause = " and ".join(found.to_blame)
-            plural = len(found.to_blame) > 1
-            lines.append(
-                Text(
-                    f"  cause: {'joints' if plural else 'joint'} {cause}: as "
-                    f"{'spherical joints' if plural else 'a spherical joint'} instead of universal "
-                    f"{'ones they' if plural else 'one it'} would give mobility {found.cured}",
-                    style="bold red",
-                )
+            what = ("joint", "a spherical joint", "one it")
+            if len(found.to_blame) > 1:
+                what = ("joints", "spherical joints", "ones they")
+            cause = (
+                f"  cause: {what[0]} {' and '.join(found.to_blame)}: as {what[1]} instead of "
+                f"universal {what[2]} would give mobility {found.cured}"
             )
-    elif found.wanted and found.generic - len(found.idle) > found.wanted:
-        more = found.generic - len(found.idle) - found.wanted
+            lines.append(Text(cause, style="bold red"))
+    elif found.wanted and more > 0:
         lines.append(Text(f"  {more} more freedom(s) than driven coordinates", style="bold yellow"))
     return lines
 
