@@ -60,7 +60,7 @@ def answers(page: Page, count: int = 40) -> list[float]:
     """Milliseconds from a key on a slider to the pose in the page's scene."""
     page.tab("Drive")
     page.press("Home")
-    until(lambda: page.session.steering.drive is not None)
+    until(lambda: page.session.drive_tab.drive is not None)
     page.page.wait_for_timeout(500)
     found = []
     label = page.page.get_by_text("platform.z [mm]", exact=True)
@@ -77,13 +77,13 @@ def answers(page: Page, count: int = 40) -> list[float]:
 
 def steps(page: Page, count: int = 40) -> list[float]:
     """Milliseconds that this process takes for such a step, until the pose is on its way."""
-    steering, found = page.session.steering, []
-    assert steering.drive is not None
-    y = steering.drive.y.copy()
+    drive_tab, found = page.session.drive_tab, []
+    assert drive_tab.drive is not None
+    y = drive_tab.drive.y.copy()
     for k in range(count):
         y[2] += 1e-3 if k % 10 < 5 else -1e-3
         start = time.perf_counter()
-        steering.to(y)
+        drive_tab.to(y)
         found.append(1e3 * (time.perf_counter() - start))
         page.page.wait_for_timeout(100)
     return found

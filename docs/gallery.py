@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import parakin
-from parakin.views.browser.recording import recorded
-from parakin.views.browser.repertoire import Repertoire, Shown
+from parakin.views.browser.content import Content, LoadedMechanism
+from parakin.views.browser.standalone import standalone_page
 from parakin.views.scheme.scheme import save, scheme
 from parakin.views.solids.painting import picture
 
@@ -46,13 +46,13 @@ def build() -> None:
         folder.mkdir(parents=True, exist_ok=True)
     names = list(parakin.catalogue())
     for name in names:
-        repertoire = Repertoire(name)
-        shown = repertoire.load(name)
-        take = repertoire.play(shown, shown.motions[0]) if shown.motions else None
-        picture(shown.drawing).savefig(extra / "pictures" / f"{name}.png", dpi=80)
-        save(scheme(shown.graph), extra / "pictures" / f"{name}.svg")
-        _changed(extra / "scenes" / f"{name}.html", recorded(shown, take))
-        _changed(pages / f"{name}.md", _page(shown))
+        content = Content(name)
+        loaded = content.load(name)
+        playback = content.playback(loaded, loaded.motions[0]) if loaded.motions else None
+        picture(loaded.drawing).savefig(extra / "pictures" / f"{name}.png", dpi=80)
+        save(scheme(loaded.graph), extra / "pictures" / f"{name}.svg")
+        _changed(extra / "scenes" / f"{name}.html", standalone_page(loaded, playback))
+        _changed(pages / f"{name}.md", _page(loaded))
     _changed(pages / "index.md", _index(names))
 
 
@@ -78,24 +78,24 @@ def _index(names: list[str]) -> str:
     )
 
 
-def _page(shown: Shown) -> str:
-    mechanism = shown.mechanism
-    file = Path(parakin.__file__).parent / "catalogue" / f"{shown.name}.toml"
+def _page(loaded: LoadedMechanism) -> str:
+    mechanism = loaded.mechanism
+    file = Path(parakin.__file__).parent / "catalogue" / f"{loaded.name}.toml"
     motion = ""
-    if shown.motions:
-        title = str(mechanism.motions[shown.motions[0]].get("title", shown.motions[0]))
-        motion = f"The scene plays the motion `{shown.motions[0]}`: {title}."
+    if loaded.motions:
+        title = str(mechanism.motions[loaded.motions[0]].get("title", loaded.motions[0]))
+        motion = f"The scene plays the motion `{loaded.motions[0]}`: {title}."
     said = [
-        f"# {shown.name}",
+        f"# {loaded.name}",
         f"**{mechanism.title}**",
         f"Source: {mechanism.source}." if mechanism.source else "",
         mechanism.notes.strip(),
         f"Driven: {', '.join(f'`{name}`' for name in mechanism.driven)}.",
-        f"```{{note}}\n{shown.problem}\n```" if shown.problem else "",
-        _FRAME.format(name=shown.name),
+        f"```{{note}}\n{loaded.problem}\n```" if loaded.problem else "",
+        _FRAME.format(name=loaded.name),
         motion,
-        _SCHEME.format(name=shown.name),
-        f"`parakin view {shown.name}` opens the viewer. The file:",
+        _SCHEME.format(name=loaded.name),
+        f"`parakin view {loaded.name}` opens the viewer. The file:",
         f"```toml\n{file.read_text('utf-8').rstrip()}\n```",
     ]
     return "\n\n".join(part for part in said if part) + "\n"

@@ -16,11 +16,11 @@ The packages follow the flow of the data; each imports only those listed before 
 - `solving`: compiling solvers, following motions, labelled results, assembly modes
 - `analysis`: mobility, singularities
 - `exports`: models and code for other programs
-- `views`: figures, films, reports, schemes, the page in the browser
-- `verbs`: most commands as a function: `parakin.check`, `draw`, `plot`, ...
+- `views`: figures, films, reports, schemes, pages in the browser
+- `verbs`: most commands as functions: `parakin.check`, `draw`, `plot`, ...
 - `cli`: the command line
 
-and `catalogue` is data. Names are looked up when first used, so that importing parakin costs
+and `catalogue` is data. Names are imported when first used, so that importing parakin costs
 nothing.
 """
 
@@ -61,7 +61,7 @@ if TYPE_CHECKING:
         view,
     )
 
-_ROOMS = {
+_MODULES = {
     "catalogue": "files.reading",
     "load": "files.reading",
     "compile": "solving.compiler",
@@ -126,9 +126,9 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _ROOMS:
+    if name not in _MODULES:
         raise AttributeError(f"module 'parakin' has no attribute {name!r}")
-    return getattr(importlib.import_module(f"parakin.{_ROOMS[name]}"), name)
+    return getattr(importlib.import_module(f"parakin.{_MODULES[name]}"), name)
 
 
 def __dir__() -> list[str]:

@@ -1,7 +1,7 @@
-"""What the commands do, as functions of the same names, and saving and recording beside them.
+"""The commands as functions of the same names, and `save` and `record`.
 
-A mechanism may be given as one, as a name of the catalogue, or as a file. Where a path is given,
-what is written there is whole or not there at all; its suffix says what it becomes.
+A mechanism is a `Mechanism`, a name of the catalogue, or a file. The suffix of a path selects the
+format; a file is written completely or not at all.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def check(mechanism: Mechanism | str | Path) -> Mobility:
-    """Assemble a mechanism, and count and measure its mobility, redundancy and idle freedoms.
+    """Assemble a mechanism and determine its mobility, redundancy and idle freedoms.
 
     Raises InputError, AssemblyError.
     """
@@ -38,8 +38,8 @@ def check(mechanism: Mechanism | str | Path) -> Mobility:
 
 
 def draw(mechanism: Mechanism | str | Path, path: str | Path | None = None) -> Figure:
-    """The kinematic scheme at home, in the symbols of ISO 3952; written to `path`, if given, as
-    .svg, .pdf or .png. Raises InputError, AssemblyError.
+    """The kinematic scheme at home, in the symbols of ISO 3952. path: .svg, .pdf or .png, if it is
+    to be written. Raises InputError, AssemblyError.
     """
     from parakin.model.evaluation import graph_of
     from parakin.views.scheme import scheme
@@ -59,10 +59,10 @@ def plot(
     coordinates: Sequence[str] | None = None,
     title: str = "",
 ) -> Figure:
-    """Position, velocity, acceleration and, where known, jerk over time; written to `path`, if
-    given, as .png, .svg or .pdf.
+    """Position, velocity, acceleration and, if the result has it, jerk over time.
 
-    coordinates: the actuated ones if not given, or all where none is. Raises InputError.
+    path: .png, .svg or .pdf, if it is to be written. coordinates: by default the actuated ones,
+    or all if there are none. Raises InputError.
     """
     from parakin.views import plots
 
@@ -87,19 +87,18 @@ def film(solver: Solver, motion: Motion | str, path: str | Path) -> None:
 
 
 def report(mechanism: Mechanism | str | Path, motion: str | Path, path: str | Path) -> None:
-    """Write a page about a motion, one HTML file that needs no other. Raises InputError,
+    """Write a report about a motion: one HTML file that needs no other. Raises InputError,
     AssemblyError, DrivenError.
     """
     from parakin.solving.compiler import compile
     from parakin.views import report as reports
-    from parakin.views.curves import peaks
-    from parakin.views.text import extremes
+    from parakin.views.extremes import extremes
 
     reports.check_report(Path(path))
     solver = compile(_given(mechanism), coordinates="all")
     moved = solver.motion(motion)
     result = solver.solve(moved)
-    solved = reports.Solved(solver, moved, result, extremes(result), peaks(result))
+    solved = reports.Solved(solver, moved, result, extremes(result))
     made = f"parakin.report({solver.mechanism.name!r}, {moved.name!r}, {Path(path).name!r})"
     reports.write(reports.report(solved, made, datetime.now().astimezone()), Path(path))
 
@@ -111,23 +110,23 @@ def view(
     host: str = "127.0.0.1",
     port: int = 8080,
 ) -> AbstractContextManager[Viewer]:
-    """Serve a mechanism to browsers as long as the context lasts; `url` of what it gives says
-    where. motions: files that may be played beside the mechanism's own. Raises InputError.
+    """Serve a mechanism to browsers while the context lasts; it yields a viewer with a `url`.
+    motions: files of further motions to play. Raises InputError.
     """
-    from parakin.views.browser.repertoire import Repertoire
+    from parakin.views.browser.content import Content
     from parakin.views.browser.viewer import serving
 
-    shown = Repertoire(str(mechanism), motions=tuple(str(name) for name in motions))
-    return serving(shown, host, port)
+    content = Content(str(mechanism), motions=tuple(str(name) for name in motions))
+    return serving(content, host, port)
 
 
 def export(
     mechanism: Mechanism | str | Path, path: str | Path, driven: Sequence[str] | None = None
 ) -> list[Path]:
     """Write a mechanism for another program: .xml (MuJoCo), .urdf with a file of its loops, or .c
-    with its header and test; the paths written. If it fails, none is changed.
+    with its header and test. Returns the paths. If it fails, no file is changed.
 
-    driven: what the C code solves for, the mechanism's own choice if not given.
+    driven: the driven coordinates of the C code, by default the mechanism's own.
     Raises InputError, AssemblyError, DrivenError.
     """
     from parakin.exports.export import export as exported
@@ -136,7 +135,7 @@ def export(
 
 
 def save(result: xr.Dataset | Iterable[xr.Dataset], path: str | Path) -> None:
-    """Write a result, or the windows that `stream` gives, as .csv, .nc or .parquet.
+    """Write a result, or the windows of `Solver.stream`, as .csv, .nc or .parquet.
     Raises InputError.
     """
     import xarray as xr
@@ -147,15 +146,15 @@ def save(result: xr.Dataset | Iterable[xr.Dataset], path: str | Path) -> None:
 
 
 def record(mechanism: str | Path, motion: str, path: str | Path) -> None:
-    """Write a scene that plays a motion without a server, as one .html file. Raises InputError."""
+    """Write one .html file that plays a motion without a server. Raises InputError."""
     from parakin.files.writing import check_suffix, replacing
-    from parakin.views.browser.recording import recorded
-    from parakin.views.browser.repertoire import Repertoire
+    from parakin.views.browser.content import Content
+    from parakin.views.browser.standalone import standalone_page
 
     check_suffix(Path(path), (".html", ".htm"), {"viser": "viser"}, "view")
-    repertoire = Repertoire(str(mechanism))
-    shown = repertoire.load(str(mechanism))
-    text = recorded(shown, repertoire.play(shown, motion))
+    content = Content(str(mechanism))
+    loaded = content.load(str(mechanism))
+    text = standalone_page(loaded, content.playback(loaded, motion))
     with replacing(Path(path)) as temporary:
         temporary.write_text(text, "utf-8", newline="\n")
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from parakin.arrays import FloatArray
-from parakin.views.browser.repertoire import Repertoire
+from parakin.views.browser.content import Content
 from parakin.views.browser.session import Session
 from parakin.views.browser.viewer import Viewer, serving
 
@@ -68,7 +68,7 @@ class Page:
 
     def drawn(self) -> None:
         """Wait until what is shown has come to the page."""
-        names = [f"/mechanism/{name}" for name in self.session.shown.graph.bodies]
+        names = [f"/mechanism/{name}" for name in self.session.loaded.graph.bodies]
         self.page.wait_for_function(
             "names => names.every(n => window.__viserMutable?.nodeRefFromName[n])", arg=names
         )
@@ -86,7 +86,7 @@ class Page:
         """Positions (bodies, 3) and quaternions wxyz (bodies, 4) of all bodies but the base, as
         the page's own scene graph has them.
         """
-        names = [f"/mechanism/{name}" for name in self.session.shown.graph.bodies[1:]]
+        names = [f"/mechanism/{name}" for name in self.session.loaded.graph.bodies[1:]]
         found = self.page.evaluate(
             """names => names.map(n => {
                 const node = window.__viserMutable.nodeRefFromName[n];
@@ -146,7 +146,7 @@ class Page:
 @contextmanager
 def viewed(browser: Any, mechanism: str | Path, **options: Any) -> Iterator[Page]:
     """A mechanism's page, served at a free port."""
-    with serving(Repertoire(str(mechanism), **options), port=0) as viewer:
+    with serving(Content(str(mechanism), **options), port=0) as viewer:
         page = Page(browser, viewer)
         yield page
         page.close()

@@ -16,12 +16,12 @@ def main(folder: Path) -> None:
         for name in parakin.catalogue():
             with viewed(browser, name) as page:
                 session = page.session
-                until(lambda s=session: s.take is not None or s.shown.problem)  # type: ignore[misc]
+                until(lambda s=session: s.playback is not None or s.loaded.problem)  # type: ignore[misc]
                 notice = page.page.get_by_role("alert").get_by_role("button")
                 if notice.count():
                     notice.first.click()
-                if page.session.take is not None:
-                    page.session.seek(0.3 * float(page.session.take.time[-1]))
+                if page.session.playback is not None:
+                    page.session.seek(0.3 * float(page.session.playback.time[-1]))
                 page.page.wait_for_timeout(1500)
                 page.page.screenshot(path=folder / f"{name}.png")
                 print(name, *page.said)

@@ -36,7 +36,7 @@ def drawing(solver: parakin.Solver) -> Drawing:
 def test_poses_are_those_of_a_crank(turn: xr.Dataset, drawing: Drawing) -> None:
     R, p = film.poses(drawing, turn)
     angle = turn["position"].sel(coordinate="A").values
-    crank, coupler = (drawing.layout.graph.bodies.index(name) for name in ("crank", "coupler"))
+    crank, coupler = (drawing.arrangement.graph.bodies.index(name) for name in ("crank", "coupler"))
     np.testing.assert_allclose(R[:, crank, 0, 0], np.cos(angle), atol=1e-12)
     tip = 0.04 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     np.testing.assert_allclose(p[:, coupler, :2], tip, atol=1e-12)

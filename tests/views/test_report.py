@@ -10,12 +10,10 @@ from pathlib import Path
 import closed_form
 import numpy as np
 import pytest
-import xarray as xr
 
 import parakin
 from parakin import Status
 from parakin.cli.main import main
-from parakin.views.curves import peaks, telling
 
 VOID = {"meta", "br", "link", "img", "input", "hr"}
 HOSTILE = "<script>alert('x')</script><img src=x onerror=alert(1)>&\"$title"
@@ -291,42 +289,3 @@ def test_a_bad_suffix_and_an_input_are_refused(
     assert main(["report", "four-bar", "jump", "-o", str(tmp_path / "page.html")]) == 2
     assert "unknown name 'jump'" in capsys.readouterr().err
     assert not list(tmp_path.glob("page.*"))
-
-
-# ---- extremes and thinning
-
-
-def window(time: np.ndarray, rows: np.ndarray) -> xr.Dataset:
-    over = ("time", "coordinate")
-    orders = dict.fromkeys(("position", "velocity", "acceleration"), (over, rows))
-    return xr.Dataset(orders, {"time": time, "coordinate": ["a", "b"]})
-
-
-def test_peaks_of_windows_are_those_of_the_whole() -> None:
-    random = np.random.default_rng(3)
-    time, rows = np.arange(1000.0), random.normal(size=(1000, 2))
-    rows[100:200] = np.nan
-    rows[:, 1] = np.nan
-    found = None
-    for start in range(0, 1000, 100):
-        part = slice(start, start + 100)
-        found = peaks(window(time[part], rows[part]), found)
-    assert found is not None
-    assert found.high[0, 0] == np.nanmax(rows[:, 0])
-    assert found.low_time[2, 0] == np.nanargmin(rows[:, 0])
-    assert found.speed(1, 0)[0] == np.nanmax(np.abs(rows[:, 0]))
-    assert np.isnan(found.high[:, 1]).all()
-
-
-def test_a_thinned_curve_keeps_its_peaks() -> None:
-    random = np.random.default_rng(4)
-    values = random.normal(size=(3, 100_000))
-    values[0, 500:40_000] = np.nan
-    rows = telling(values, 100)
-    assert len(rows) <= 2 * 3 * 100 + 2
-    np.testing.assert_array_equal(np.nanmax(values[:, rows], axis=1), np.nanmax(values, axis=1))
-    np.testing.assert_array_equal(np.nanmin(values[:, rows], axis=1), np.nanmin(values, axis=1))
-    assert np.isnan(values[0, rows]).any()
-    assert (rows[0], rows[-1]) == (0, 99_999)
-    assert (np.diff(rows) > 0).all()
-    np.testing.assert_array_equal(telling(values[:, :100], 100), np.arange(100))

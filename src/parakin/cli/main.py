@@ -73,10 +73,10 @@ def _export(options: argparse.Namespace) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
-    from parakin.views.browser.repertoire import Repertoire
+    from parakin.views.browser.content import Content
     from parakin.views.browser.viewer import exposure, serving
 
-    repertoire = Repertoire(
+    content = Content(
         options.mechanism,
         parameters(options.set),
         options.loops,
@@ -84,7 +84,7 @@ def _view(options: argparse.Namespace) -> int:
         tuple(options.mesh),
     )
     ends = suppress(KeyboardInterrupt)  # Ctrl-C is how it is meant to end
-    with serving(repertoire, options.host, options.port) as viewer, ends, flushed_stdout():
+    with serving(content, options.host, options.port) as viewer, ends, flushed_stdout():
         screen = console(width=WIDE)
         exposed = exposure(options.host)
         if exposed:

@@ -12,7 +12,8 @@ from rich.progress import Progress
 
 from parakin.errors import InputError
 from parakin.motion.motion import Motion
-from parakin.views.text import Extremes, extremes
+from parakin.views.extremes import Extremes, extremes
+from parakin.views.thinning import every, joined
 
 _PATIENCE = 1.0  # seconds before there is a progress bar
 _PICTURED = 20_000  # samples, about, that figures and films are made from
@@ -40,10 +41,11 @@ class Run:
                 self.seconds += time.perf_counter() - start
                 if window is None:
                     return
+                begin = 0 if self._extremes is None else self._extremes.samples
                 self._extremes = extremes(window, self._extremes)
                 self._last = window
                 if self._thinned is not None:
-                    self._thinned.append(window.isel(time=slice(None, None, self._stride)).copy())
+                    self._thinned.append(every(self._stride, window, begin))
                 yield window
                 if bar is None and console.is_terminal and time.perf_counter() - begun > _PATIENCE:
                     bar = stack.enter_context(Progress(console=console, transient=True))
@@ -60,6 +62,4 @@ class Run:
     def picture(self) -> xr.Dataset:
         """The result, thinned if it is long, for figures and films."""
         assert self._thinned is not None
-        if len(self._thinned) == 1:
-            return self._thinned[0]
-        return xr.concat(self._thinned, dim="time", data_vars="minimal")
+        return joined(self._thinned)

@@ -119,19 +119,17 @@ def _singularities(solver: Solver, motion: Motion, picture: xr.Dataset) -> Rende
 def report(options: argparse.Namespace) -> int:
     """Write a page about a motion."""
     from parakin.views import report as reports
-    from parakin.views.curves import peaks
 
     reports.check_report(options.output)
     check_outputs(options, [options.output])
     solver = compile_mechanism(load_mechanism(options), coordinates="all")
     motion = solver.motion(options.motion)
     screen = console(stderr=True, width=WIDE)
-    run, found = Run(motion, pictured=True), None
-    for window in run.watched(solver.stream(motion, _WINDOW, parallel=True), screen):
-        found = peaks(window, found)
+    run = Run(motion, pictured=True)
+    for _ in run.watched(solver.stream(motion, _WINDOW, parallel=True), screen):
+        pass
     _, extremes = run.totals()
-    assert found is not None
-    solved = reports.Solved(solver, motion, run.picture(), extremes, found)
+    solved = reports.Solved(solver, motion, run.picture(), extremes)
     page = reports.report(solved, options.typed, datetime.now().astimezone())
     reports.write(page, options.output)
     flagged = flag_words(extremes)

@@ -1,5 +1,6 @@
-"""What is seen: figures, films, reports, kinematic schemes, and a page in the browser.
+"""Figures, films, reports, kinematic schemes, and pages in the browser.
 
-`solids` makes a mechanism's pieces, `scheme` draws it in the symbols of ISO 3952, `browser` serves
-it. Looks at mechanisms, solvers and results; computes nothing that belongs in a result.
+`solids` gives the bodies of a mechanism their shapes, `scheme` draws it in the symbols of ISO 3952,
+`browser` serves it. Reads mechanisms, solvers and results; computes nothing that belongs in a
+result.
 """

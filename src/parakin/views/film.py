@@ -1,6 +1,6 @@
-"""Films of results: the mechanism moving, beside the time histories of its actuators.
+"""Films of results: the moving mechanism next to the time histories of its actuators.
 
-Every frame shows the solved sample at or before its time; no pose is made up between samples.
+Every frame shows the last solved sample at its time; poses are not interpolated.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ if TYPE_CHECKING:
 Image = NDArray[np.uint8]
 
 SUFFIXES = (".mp4", ".gif")
-RATE = 25  # frames a second: 40 ms, which GIF tells exactly
-_LONGEST = 20.0  # seconds; longer motions are shown faster
-_WIDTH, _HEIGHT = 1280, 720  # even, as H.264 wants with its colours at half the resolution
-_HELD = RATE  # frames for which the last pose stays where a motion ends unsolved
-_FITTED = 24  # poses that the picture is fitted to
+RATE = 25  # frames a second: 40 ms, a duration that GIF can represent
+_LONGEST = 20.0  # seconds; longer motions are played faster
+_WIDTH, _HEIGHT = 1280, 720  # even: H.264 stores colours at half the resolution
+_HELD = RATE  # frames that the last pose is shown if a motion is not solved to its end
+_FITTED = 24  # poses that must fit into the picture
 
 
 def check_film(path: Path) -> None:
-    """Raises InputError where the suffix is not one for films, or a package is missing."""
+    """Raises InputError if the suffix is not one of a film, or a package is missing."""
     writer = {"av": "PyAV"} if path.suffix.lower() == ".mp4" else {"PIL": "Pillow"}
     check_suffix(path, SUFFIXES, {"matplotlib": "matplotlib"} | writer, "video")
 
 
 class Timing(NamedTuple):
-    """Which sample each frame shows, how many times faster than real time, and why it ended."""
+    """The sample of each frame, how much faster than real time, and why the motion ended early."""
 
     samples: IntArray
     speed: float
@@ -48,7 +48,7 @@ class Timing(NamedTuple):
 
 
 def timing(ds: xr.Dataset) -> Timing:
-    """Frames at `RATE` up to the last sample that has a pose. Raises InputError if none has."""
+    """Frames at `RATE` up to the last sample with a pose. Raises InputError if none has one."""
     time, status = ds["time"].values, ds["status"].values
     posed = np.flatnonzero(np.isfinite(ds["body_position"].values).all(axis=(1, 2)))
     if not len(posed):
@@ -69,15 +69,15 @@ def timing(ds: xr.Dataset) -> Timing:
 
 
 def poses(drawing: Drawing, ds: xr.Dataset) -> tuple[FloatArray, FloatArray]:
-    """R (samples, bodies, 3, 3) and p (samples, bodies, 3), of the drawing's bodies; the base,
-    which no result holds, stays. The result is one with all bodies.
+    """R (samples, bodies, 3, 3) and p (samples, bodies, 3) of the drawing's bodies and its fixed
+    base, from a result with all bodies.
     """
     from scipy.spatial.transform import Rotation
 
     n, places = ds.sizes["time"], {name: k for k, name in enumerate(ds["body"].values.tolist())}
-    R = np.tile(np.eye(3), (n, len(drawing.layout.poses), 1, 1))
-    p = np.zeros((n, len(drawing.layout.poses), 3))
-    for body, name in enumerate(drawing.layout.graph.bodies):
+    R = np.tile(np.eye(3), (n, len(drawing.arrangement.poses), 1, 1))
+    p = np.zeros((n, len(drawing.arrangement.poses), 3))
+    for body, name in enumerate(drawing.arrangement.graph.bodies):
         if name in places:
             p[:, body] = ds["body_position"].values[:, places[name]]
             turn = ds["body_orientation"].values[:, places[name]]
@@ -93,7 +93,7 @@ def images(
     symbols: Mapping[str, str] | None = None,
     title: str = "",
 ) -> Iterator[Image]:
-    """The frames (height, width, 3) of a result with all bodies, to be shown at `RATE`."""
+    """The frames (height, width, 3), at `RATE`, of a result with all bodies."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -125,14 +125,14 @@ def images(
     moving = [painted, trace, clock, flag, *cursors]
     for artist in moving:
         artist.set_animated(True)
-    # What stands still is drawn once.
+    # What does not move is drawn once.
     canvas.draw()  # type: ignore[no-untyped-call]
     still = canvas.copy_from_bbox(figure.bbox)  # type: ignore[no-untyped-call]
     faster = f"   (shown {shown.speed:.3g} times faster)" if shown.speed > 1 else ""
     for k in range(len(time)):
         canvas.restore_region(still)  # type: ignore[no-untyped-call]
         polygons, colours = painter.polygons(R[k], p[k])
-        painted.set_verts(polygons)  # type: ignore[arg-type]  # an array is some ten times faster
+        painted.set_verts(polygons)  # type: ignore[arg-type]  # arrays are ten times faster
         painted.set(facecolors=colours, edgecolors=colours)
         trace.set_data(way[: k + 1, 0], way[: k + 1, 1])
         clock.set_text(f"t = {time[k]:.2f} s{faster}")
@@ -148,8 +148,8 @@ def images(
 
 
 def _traced(drawing: Drawing, R: FloatArray, p: FloatArray) -> FloatArray:
-    """Where the platform's point is (n, 3), or the first point named on a link; maybe nowhere."""
-    graph = drawing.layout.graph
+    """The platform's point (n, 3), or the first named point of a link; NaN if there is none."""
+    graph = drawing.arrangement.graph
     if graph.platform is not None:
         joint = graph.joints[graph.platform]
         body, place = joint.child, np.array(joint.M.p, dtype=float)

@@ -1,4 +1,4 @@
-"""Figures of results: time histories, one row per quantity, in SI with the source's symbols."""
+"""Figures of results: time histories, one row for each quantity, with the source's symbols."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from parakin.arrays import ORDERS
 from parakin.errors import InputError
 from parakin.files.writing import check_suffix, replacing
 from parakin.solving.status import Status
+from parakin.views.thinning import thinned
+from parakin.views.units import DEGREES, PER_TIME
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,13 +22,13 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".png", ".svg", ".pdf")
 _DASHES = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)))
-# Okabe and Ito's colours: told apart by colour-blind readers, and in grey by their dashes.
+# Okabe and Ito's colours, safe for colour-blind readers; dashes distinguish them in grey.
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-_POINTS = 20_000  # more than a printer resolves
+_BUCKETS = 5000  # of a thinned curve: more than a printer resolves
 
 
 def check_figure(path: Path) -> None:
-    """Raises InputError where the suffix is not one for figures, or matplotlib is missing."""
+    """Raises InputError if the suffix is not one of a figure, or matplotlib is missing."""
     check_suffix(path, SUFFIXES, {"matplotlib": "matplotlib"}, "plot")
 
 
@@ -37,12 +39,12 @@ def histories(
     orders: Sequence[str] | None = None,
     title: str = "",
 ) -> Figure:
-    """Position, velocity, acceleration and, where the result has it, jerk over time.
+    """Position, velocity, acceleration and, if the result has it, jerk over time.
 
-    coordinates: the actuated ones by default, or all where none is. orders: some of these
-    quantities. Lengths and angles (in
-    degrees) get a column each. symbols: by coordinate, as mathtext without the dollar signs.
-    Flagged samples are left out of the lines and shaded.
+    coordinates: by default the actuated ones, or all if there are none. orders: some of these
+    quantities. symbols: by coordinate, as mathtext without the dollar signs. Lengths [m] and
+    angles [deg] have a column each. Flagged samples are left out of the lines, and their time is
+    shaded.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
@@ -73,7 +75,7 @@ def draw_histories(
     symbols: Mapping[str, str] | None = None,
     orders: Sequence[str] | None = None,
 ) -> None:
-    """The same into a figure, or a part of one."""
+    """Draw the same into a figure, or a part of one."""
     orders = orders or [order for order in ORDERS if order in ds]
     columns = _columns(ds, list(coordinates) if coordinates is not None else _default(ds))
     grid = figure.subplots(len(orders), len(columns), sharex=True, squeeze=False)
@@ -87,7 +89,7 @@ def draw_histories(
 
 
 def _columns(ds: xr.Dataset, names: Sequence[str]) -> list[tuple[str, list[str]]]:
-    """Lengths and angles apart: unit, and names."""
+    """Lengths and angles: the SI unit, and the names with this unit."""
     units = dict(zip(ds["coordinate"].values.tolist(), ds["unit"].values.tolist(), strict=True))
     groups = [(unit, [n for n in names if units[n] == unit]) for unit in ("m", "rad")]
     return [(unit, group) for unit, group in groups if group]
@@ -107,22 +109,20 @@ def _draw(
     unit: str,
     symbols: Mapping[str, str],
 ) -> None:
-    stride = max(1, -(-ds.sizes["time"] // _POINTS))
-    time = ds["time"].values[::stride]
-    values = ds[order].sel(coordinate=list(names)).values[::stride]
+    time, values = ds["time"].values, ds[order].sel(coordinate=list(names)).values
     values = np.degrees(values) if unit == "rad" else values
     for k, name in enumerate(names):
+        rows = thinned(values[None, :, k], _BUCKETS)
         axes.plot(
-            time,
-            values[:, k],
+            time[rows],
+            values[rows, k],
             color=_COLOURS[k % len(_COLOURS)],
             linestyle=_DASHES[k // len(_COLOURS) + k % 3 if k < 3 else k % len(_DASHES)],
             linewidth=1.2,
             label=f"${symbols[name]}$" if name in symbols else name,
         )
-    shown = "deg" if unit == "rad" else "m"
-    over = ("", "/s", "/s²", "/s³")[ORDERS.index(order)]
-    axes.set_ylabel(f"{order} [{shown}{over}]")
+    shown = DEGREES.name if unit == "rad" else "m"
+    axes.set_ylabel(f"{order} [{shown}{PER_TIME[ORDERS.index(order)]}]")
     axes.grid(visible=True, linewidth=0.3, color="0.8")
     axes.margins(x=0)
     axes.axhline(0.0, color="0.5", linewidth=0.5, zorder=0)
@@ -132,7 +132,7 @@ def _draw(
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure, PNG at 200 dots an inch, or as vectors. Raises InputError."""
+    """Write a figure: PNG at 200 dots per inch, or vectors. Raises InputError."""
     check_figure(path)
     try:
         with replacing(path) as temporary:

@@ -1,7 +1,6 @@
-"""A page about a motion that can be sent and printed: one HTML file that needs no other.
+"""A report about a motion: one HTML file that needs no other, to be sent or printed.
 
-What comes from a mechanism's file is escaped, titles and names alike; the figures are SVG in the
-page itself.
+Text from a mechanism's file is escaped, titles and names included. Figures are inline SVG.
 """
 
 from __future__ import annotations
@@ -24,17 +23,17 @@ from parakin.files.writing import check_suffix, replacing
 from parakin.kinematics.assembly import assembled
 from parakin.solving.solver import Solver
 from parakin.version import __version__
-from parakin.views.curves import (
-    Peaks,
+from parakin.views.extremes import Extremes
+from parakin.views.report_curves import (
     coordinate_curves,
     driven_curves,
     inline_svg,
     quality_curves,
-    scale_of,
 )
 from parakin.views.scheme.dimensioning import parameters
 from parakin.views.scheme.scheme import scheme
-from parakin.views.text import Extremes, flag_words, mobility_lines, singularity_lines
+from parakin.views.text import flag_words, mobility_lines, singularity_lines
+from parakin.views.units import PER_TIME, Unit, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,36 +45,35 @@ SUFFIXES = (".html", ".htm")
 _TONES = {"bold red": "bad", "bold yellow": "warn"}
 _NO_LIMITS = '<p class="soft">The mechanism\'s file gives no limits for these.</p>'
 _CONES = '<p class="soft">A cone angle is that between the two axes of a spherical joint.</p>'
-_MANY = 12  # rows: a longer table may break between pages
+_MANY = 12  # rows: longer tables may break between pages
 
 
 @dataclass(frozen=True)
 class Solved:
-    """A motion and what came of it: `picture` is the result, thinned where it is long, `found`
-    and `peaks` are of all its samples.
+    """A motion and its result: `picture` is thinned if the motion is long, `extremes` are of all
+    samples.
     """
 
     solver: Solver
     motion: Motion
     picture: xr.Dataset
-    found: Extremes
-    peaks: Peaks
+    extremes: Extremes
 
 
 def check_report(path: Path) -> None:
-    """Raises InputError where the suffix is not one for pages, or matplotlib is missing."""
+    """Raises InputError if the suffix is not one of a page, or matplotlib is missing."""
     check_suffix(path, SUFFIXES, {"matplotlib": "matplotlib"}, "plot")
 
 
 def write(text: str, path: Path) -> None:
-    """Write a page. Raises InputError."""
+    """Write a report. Raises InputError."""
     check_report(path)
     with replacing(path) as temporary:
         temporary.write_text(text, "utf-8", newline="\n")
 
 
 def report(solved: Solved, command: str, made: datetime) -> str:
-    """The page's HTML. command: what made it, as it was typed."""
+    """The page's HTML. command: the one that made it, as typed."""
     mechanism = solved.solver.mechanism
     template = Template((resources.files("parakin.views") / "page.html").read_text("utf-8"))
     closeness, reason = _closeness(solved)
@@ -109,7 +107,7 @@ def _figure(svg: str, caption: str) -> str:
 
 
 def _table(headings: Sequence[str], rows: Sequence[Sequence[str]], kind: str = "") -> str:
-    """A table of cells that are HTML already; columns of nothing are left out."""
+    """A table of cells of HTML; empty columns are left out."""
     full = [k for k in range(len(headings)) if any(row[k] for row in rows)]
     headings, rows = [headings[k] for k in full], [[row[k] for k in full] for row in rows]
     lines = [f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows]
@@ -123,7 +121,7 @@ def _table(headings: Sequence[str], rows: Sequence[Sequence[str]], kind: str = "
 
 
 def _lines(lines: Iterable[Text]) -> str:
-    """Lines meant for a terminal, theirs the tone."""
+    """Lines for a terminal as a list, in similar colours."""
     items = []
     for line in lines:
         tone = _TONES.get(str(line.style), "")
@@ -132,26 +130,26 @@ def _lines(lines: Iterable[Text]) -> str:
     return f"<ul>\n{''.join(items)}\n</ul>"
 
 
-# ---- what is at the top and at the bottom
+# ---- top and bottom
 
 
 def _verdict(solved: Solved) -> str:
-    flagged = flag_words(solved.found)
+    flagged = flag_words(solved.extremes)
     if flagged:
         return (
             f'<div class="verdict bad" role="alert"><p>Not all of this motion is solved or within '
-            f"limits.</p><p>{solved.found.samples:,} samples, {escape(flagged)}</p></div>"
+            f"limits.</p><p>{solved.extremes.samples:,} samples, {escape(flagged)}</p></div>"
         )
-    limited = [n for n in solved.peaks.coordinates if np.isfinite(_limits(solved, n)).any()]
+    limited = [n for n in solved.extremes.coordinates if np.isfinite(_limits(solved, n)).any()]
     kept = (
-        f"within the limits of all {len(limited)} coordinates that have some"
+        f"within the limits of all {len(limited)} coordinates that have limits"
         if limited
         else "the mechanism's file gives no limits"
     )
     return (
-        f'<div class="verdict">All {solved.found.samples:,} samples are solved, {kept}; worst '
-        f"residual {solved.found.residual:.1e} m, least conditioning "
-        f"{solved.found.conditioning:.3f}.</div>"
+        f'<div class="verdict">All {solved.extremes.samples:,} samples are solved, {kept}; worst '
+        f"residual {solved.extremes.residual:.1e} m, least conditioning "
+        f"{solved.extremes.conditioning:.3f}.</div>"
     )
 
 
@@ -186,7 +184,7 @@ def _dimensions(solver: Solver) -> str:
     known = parameters(solver.mechanism)
     if not known:
         return "<p>The mechanism's file names no parameters.</p>"
-    rows = [(escape(p.name), escape(p.value), escape(p.said)) for p in known]
+    rows = [(escape(p.name), escape(p.value), escape(p.as_given)) for p in known]
     half = -(-len(rows) // 2)
     pairs = [
         (*row, *(rows[half + k] if half + k < len(rows) else ("", "", "")))
@@ -205,7 +203,7 @@ def _mobility(solver: Solver) -> str:
 
 
 def _motion(solved: Solved) -> str:
-    motion, found = solved.motion, solved.found
+    motion, found = solved.motion, solved.extremes
     title = str(solved.solver.mechanism.motions.get(motion.name, {}).get("title", ""))
     first, last = (float(motion.window(i, i + 1).time[0]) for i in (0, max(motion.count - 1, 0)))
     angles = {c.name: c.angle for c in solved.solver.graph.coordinates}
@@ -217,7 +215,7 @@ def _motion(solved: Solved) -> str:
         f"and acceleration: {escape(motion.derivatives)}.</p>\n"
         + _figure(
             inline_svg(driven_curves(motion, angles), "driven", "Driven coordinates over time"),
-            "What is demanded of the driven coordinates.",
+            "The prescribed motion of the driven coordinates.",
         )
     )
 
@@ -226,23 +224,25 @@ def _limits(solved: Solved, name: str) -> tuple[float, float]:
     return solved.solver.graph.limits(name)
 
 
-def _is_angle(solved: Solved, name: str) -> bool:
-    return str(solved.picture["unit"].sel(coordinate=name).item()) == "rad"
+def _unit(solved: Solved, name: str) -> Unit:
+    return unit_of(str(solved.picture["unit"].sel(coordinate=name).item()) == "rad")
 
 
 def _actuated(solved: Solved) -> list[str]:
-    """Table and curves of what motors move, or, without motors, of what is driven."""
+    """Table and curves of the actuated coordinates or, without actuators, of the driven ones."""
     picture = solved.picture
     names = picture["coordinate"].values[picture["actuated"].values].tolist()
     parts = []
     if not names:
         names = list(solved.motion.coordinates)
-        parts.append("<p>The mechanism's file names no actuators: these are what is driven.</p>")
+        parts.append(
+            "<p>The mechanism's file names no actuators: these are the driven coordinates.</p>"
+        )
     headings = ("coordinate", "least", "greatest", "stroke", "peak speed", "peak acceleration")
     rows = [(*_travel(solved, n), *_peak_cells(solved, n), *_margin(solved, n)) for n in names]
     parts.append(_table((*headings, "limits", "margin", "kept"), rows) + _unlimited(rows))
     for k, name in enumerate(names):
-        figure = coordinate_curves(picture, name, solved.peaks, _limits(solved, name))
+        figure = coordinate_curves(picture, name, solved.extremes, _limits(solved, name))
         svg = inline_svg(figure, f"curve{k}", f"{escape(name)} over time")
         parts.append(_figure(svg, name))
     return parts
@@ -265,35 +265,32 @@ def _unlimited(rows: Sequence[Sequence[str]]) -> str:
 
 def _travel(solved: Solved, name: str) -> tuple[str, str, str, str]:
     """Cells: a coordinate's name, its extremes with their times, and its stroke."""
-    found, k = solved.peaks, list(solved.peaks.coordinates).index(name)
-    scale, unit = scale_of(_is_angle(solved, name))
+    found, k = solved.extremes, list(solved.extremes.coordinates).index(name)
+    unit = _unit(solved, name)
     low, high = float(found.low[0, k]), float(found.high[0, k])
     if not np.isfinite(low):
         return escape(name), "nothing solved", "", ""
     return (
         escape(name),
-        _at(scale * low, unit, float(found.low_time[0, k])),
-        _at(scale * high, unit, float(found.high_time[0, k])),
-        _with(scale * (high - low), unit),
+        _at(unit.typeset(low), float(found.low_time[0, k])),
+        _at(unit.typeset(high), float(found.high_time[0, k])),
+        unit.typeset(high - low),
     )
 
 
 def _peak_cells(solved: Solved, name: str) -> tuple[str, str]:
-    found, k = solved.peaks, list(solved.peaks.coordinates).index(name)
-    scale, unit = scale_of(_is_angle(solved, name))
+    found, k = solved.extremes, list(solved.extremes.coordinates).index(name)
+    unit = _unit(solved, name)
     cells = []
-    for order, over in ((1, "/s"), (2, "/s²")):
-        value, time = found.speed(order, k)
-        cells.append(_at(scale * value, unit + over, time) if np.isfinite(value) else "")
+    for order in (1, 2):
+        value, time = found.peak(order, k)
+        text = unit.typeset(value, per=PER_TIME[order])
+        cells.append(_at(text, time) if np.isfinite(value) else "")
     return cells[0], cells[1]
 
 
-def _with(value: float, unit: str) -> str:
-    return f"{value:z.3f}{'' if unit.startswith('°') else ' '}{unit}"
-
-
-def _at(value: float, unit: str, time: float) -> str:
-    return f"{_with(value, unit)}<small>at {time:.4g} s</small>"
+def _at(value: str, time: float) -> str:
+    return f"{value}<small>at {time:.4g} s</small>"
 
 
 def _margin(solved: Solved, name: str) -> tuple[str, str, str]:
@@ -301,29 +298,29 @@ def _margin(solved: Solved, name: str) -> tuple[str, str, str]:
     low, high = _limits(solved, name)
     if not np.isfinite([low, high]).any():
         return "", "", ""
-    k = list(solved.peaks.coordinates).index(name)
-    scale, unit = scale_of(_is_angle(solved, name))
-    ends = [f"{scale * limit:.6g}" if np.isfinite(limit) else "none" for limit in (low, high)]
-    shown = f"{ends[0]} .. {ends[1]}{'' if unit == '°' else ' '}{unit}"
-    reached = (float(solved.peaks.low[0, k]), float(solved.peaks.high[0, k]))
+    k = list(solved.extremes.coordinates).index(name)
+    unit = _unit(solved, name)
+    ends = [f"{unit.per_si * limit:.6g}" if np.isfinite(limit) else "none" for limit in (low, high)]
+    shown = f"{ends[0]} .. {ends[1]}{unit.symbol}"
+    reached = (float(solved.extremes.low[0, k]), float(solved.extremes.high[0, k]))
     if not np.isfinite(reached[0]):
         return shown, "", ""
     margin = min(reached[0] - low, high - reached[1])
     word = '<span class="good">ok</span>' if margin >= 0 else '<span class="bad">exceeded</span>'
-    return shown, _with(scale * margin, unit), word
+    return shown, unit.typeset(margin), word
 
 
-# ---- how well it is solved
+# ---- quality of the solution
 
 
 def _closeness(solved: Solved) -> tuple[Closeness | None, str]:
-    """How near the motion comes to singularities, or why that is not told."""
+    """How close the motion comes to singularities, or why that is not known."""
     whole = solved.picture.sizes["time"] == solved.motion.count
     try:
         motion = solved.motion if whole else None
         return singularities(solved.solver, solved.picture, motion), ""
     except InputError as error:
-        return None, f"Types of singularity are not told apart: {error}"
+        return None, f"Types of singularity are not distinguished: {error}"
 
 
 def _quality(solved: Solved, closeness: Closeness | None, reason: str) -> list[str]:
@@ -331,8 +328,8 @@ def _quality(solved: Solved, closeness: Closeness | None, reason: str) -> list[s
     label = "Conditioning, closeness to singularities and residual over time"
     parts = [_figure(inline_svg(figure, "quality", label), f"{label}.")]
     parts.append(
-        f"<p>Worst residual {solved.found.residual:.1e} m, least conditioning "
-        f"{solved.found.conditioning:.3f}.</p>"
+        f"<p>Worst residual {solved.extremes.residual:.1e} m, least conditioning "
+        f"{solved.extremes.conditioning:.3f}.</p>"
     )
     if closeness is None:
         parts.append(f'<p class="soft">{escape(reason)}</p>')
@@ -340,8 +337,8 @@ def _quality(solved: Solved, closeness: Closeness | None, reason: str) -> list[s
         parts.append(_lines(singularity_lines(closeness)))
     if solved.picture.sizes["time"] < solved.motion.count:
         parts.append(
-            f'<p class="soft">Curves and closeness are of every '
+            f'<p class="soft">Curves and closeness show every '
             f"{-(-solved.motion.count // solved.picture.sizes['time'])}th sample; extremes, "
-            "residuals and flags are of all.</p>"
+            "residuals and flags cover all.</p>"
         )
     return parts

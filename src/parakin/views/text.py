@@ -1,10 +1,9 @@
-"""What there is to say about a mechanism or a result, as tables for a terminal."""
+"""Tables and text for a terminal: a mechanism's mobility and home, modes, and results."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -18,9 +17,11 @@ from parakin.arrays import FloatArray
 from parakin.model.graph import Graph
 from parakin.solving.modes import Search
 from parakin.solving.status import Status
+from parakin.views.extremes import Extremes
+from parakin.views.units import PER_TIME, unit_of
 
-_FAR = 0.8  # radians, or characteristic lengths: what is no longer near a guess
-_CLOSES = 1e-9  # of the characteristic length: a stated home this near is one
+_FAR = 0.8  # [rad, or characteristic lengths]: not near a guess any more
+_CLOSES = 1e-9  # of the characteristic length: what stated values may be off
 
 
 def catalogue_table(entries: Mapping[str, tuple[str, str]]) -> RenderableType:
@@ -34,16 +35,11 @@ def catalogue_table(entries: Mapping[str, tuple[str, str]]) -> RenderableType:
 
 
 def _table(*headings: str) -> Table:
-    """A table of numbers, for a console wide enough that none is cut or folded."""
+    """A table of numbers, for a console wide enough not to fold them."""
     table = Table(box=None, pad_edge=False, header_style="bold")
     for k, heading in enumerate(headings):
         table.add_column(Text(heading), justify="left" if k == 0 else "right", no_wrap=True)
     return table
-
-
-def shown(value: float, angle: bool) -> str:
-    """A coordinate for reading: millimetres or degrees."""
-    return f"{math.degrees(value):z.4f} deg" if angle else f"{1e3 * value:z.4f} mm"
 
 
 def mechanism_report(graph: Graph, home: FloatArray, found: Mobility) -> RenderableType:
@@ -65,31 +61,40 @@ def mechanism_report(graph: Graph, home: FloatArray, found: Mobility) -> Rendera
 
 
 def mobility_lines(graph: Graph, found: Mobility) -> list[Text]:
-    """The mobility and where it comes from: a heading, then a line for each thing to say."""
-    lines = [
+    """The mobility and where it comes from: a heading, then one line for each finding."""
+    return [
         Text("Mobility", style="bold"),
-        Text(
-            f"  Grübler-Kutzbach: {found.grubler} "
-            f"({found.bodies} bodies with the base, {found.joints} joints)"
-        ),
-        Text(f"  by rank: {found.home} at home, {_nearby(found)}"),
+        *_counted(found),
+        *_notable(found),
+        *_driving(graph.mechanism.driven, found),
+    ]
+
+
+def _counted(found: Mobility) -> list[Text]:
+    """The mobility by formula and by rank, and the loops' redundancy."""
+    lines = [
+        f"  Grübler-Kutzbach: {found.grubler} "
+        f"({found.bodies} bodies with the base, {found.joints} joints)",
+        f"  by rank: {found.home} at home, {_nearby(found)}",
     ]
     if found.cuts:
         lines.append(
-            Text(
-                f"  {found.tree_coordinates} coordinates in the tree; cut at "
-                f"{', '.join(found.cuts)}: {found.rows} closure rows, {found.rank} independent, "
-                f"{found.redundant} redundant"
-            )
+            f"  {found.tree_coordinates} coordinates in the tree; cut at "
+            f"{', '.join(found.cuts)}: {found.rows} closure rows, {found.rank} independent, "
+            f"{found.redundant} redundant"
         )
-    for loop in found.loops:
-        if 1 < loop.rank < 6:
-            lines.append(
-                Text(
-                    f"  the loop {', '.join(loop.joints)} has rank {loop.rank}: "
-                    f"{6 - loop.rank} of its six equations come for free"
-                )
-            )
+    lines += [
+        f"  the loop {', '.join(loop.joints)} has rank {loop.rank}: "
+        f"{6 - loop.rank} of its six equations come for free"
+        for loop in found.loops
+        if 1 < loop.rank < 6
+    ]
+    return [Text(line) for line in lines]
+
+
+def _notable(found: Mobility) -> list[Text]:
+    """Idle freedoms, and what is special about the mobility."""
+    lines = []
     if found.idle:
         lines.append(
             Text(
@@ -100,35 +105,28 @@ def mobility_lines(graph: Graph, found: Mobility) -> list[Text]:
     if found.generic == 0:
         lines.append(Text("  a structure: nothing can move", style="bold red"))
     if found.nearby and found.home != min(found.nearby):
-        lines.append(
-            Text(
-                f"  home is special: {found.home} there, {min(found.nearby)} in general",
-                style="bold yellow",
-            )
-        )
-    driven = ", ".join(graph.mechanism.driven)
-    if driven:
-        lines.append(Text(f"  driven: {driven}"))
+        special = f"  home is special: {found.home} there, {min(found.nearby)} in general"
+        lines.append(Text(special, style="bold yellow"))
+    return lines
+
+
+def _driving(driven: Sequence[str], found: Mobility) -> list[Text]:
+    """What is driven, and whether it is as much as can move."""
+    lines = [Text(f"  driven: {', '.join(driven)}")] if driven else []
+    more = found.generic - len(found.idle) - found.wanted
     if found.generic < found.wanted:
-        lines.append(
-            Text(
-                f"  {found.wanted} coordinates are to be driven, but only {found.generic} can move",
-                style="bold red",
-            )
-        )
+        only = f"  {found.wanted} coordinates are to be driven, but only {found.generic} can move"
+        lines.append(Text(only, style="bold red"))
         if found.to_blame:
-            cause = " and ".join(found.to_blame)
-            plural = len(found.to_blame) > 1
-            lines.append(
-                Text(
-                    f"  cause: {'joints' if plural else 'joint'} {cause}: as "
-                    f"{'spherical joints' if plural else 'a spherical joint'} instead of universal "
-                    f"{'ones they' if plural else 'one it'} would give mobility {found.cured}",
-                    style="bold red",
-                )
+            what = ("joint", "a spherical joint", "one it")
+            if len(found.to_blame) > 1:
+                what = ("joints", "spherical joints", "ones they")
+            cause = (
+                f"  cause: {what[0]} {' and '.join(found.to_blame)}: as {what[1]} instead of "
+                f"universal {what[2]} would give mobility {found.cured}"
             )
-    elif found.wanted and found.generic - len(found.idle) > found.wanted:
-        more = found.generic - len(found.idle) - found.wanted
+            lines.append(Text(cause, style="bold red"))
+    elif found.wanted and more > 0:
         lines.append(Text(f"  {more} more freedom(s) than driven coordinates", style="bold yellow"))
     return lines
 
@@ -147,13 +145,14 @@ def _home_table(graph: Graph, home: FloatArray) -> Table:
     given = {**graph.guess, **graph.stated, **graph.home}
     for k, coordinate in enumerate(graph.coordinates):
         name = coordinate.name + (" *" if coordinate.actuated else "")
-        row = [shown(float(home[k]), coordinate.angle)]
+        unit = unit_of(coordinate.angle)
+        row = [unit.plain(float(home[k]))]
         if k in counted_from_home:
             name += " (counted from here)"
         if k in given:
             word = "held" if k in graph.home else ("stated" if k in graph.stated else "guess")
-            row.append(f"{shown(given[k], coordinate.angle)} {word}")
-            row.append(shown(float(home[k]) - given[k], coordinate.angle))
+            row.append(f"{unit.plain(given[k])} {word}")
+            row.append(unit.plain(float(home[k]) - given[k]))
         else:
             row += ["", ""]
         table.add_row(Text(name), *row)
@@ -181,7 +180,7 @@ def _home_notes(graph: Graph, home: FloatArray) -> list[Text]:
         if size[worst] > _CLOSES * graph.length:
             said = (
                 "  The stated values do not quite close the loops: the largest difference is "
-                f"{shown(off[worst], graph.coordinates[worst].angle)} at "
+                f"{unit_of(graph.coordinates[worst].angle).plain(off[worst])} at "
                 f"{graph.coordinates[worst].name}."
             )
         notes.append(Text(said))
@@ -198,15 +197,12 @@ def _astray(graph: Graph, k: int, home: FloatArray) -> bool:
 
 
 def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> RenderableType:
-    """The branches of a mechanism: what `parakin modes` prints."""
-    angles = {c.name: c.angle for c in graph.coordinates}
-    heading = [f"{n} [{'deg' if angles[n] else 'mm'}]" for n in found.told_by]
+    """The assembly modes of a mechanism: what `parakin modes` prints."""
+    units = {c.name: unit_of(c.angle) for c in graph.coordinates}
+    heading = [f"{n} [{units[n].name}]" for n in found.told_by]
     table = _table("branch", *heading, "conditioning", "found", "variants", "beyond limits")
     for branch in found.modes:
-        values = [
-            f"{(math.degrees(1.0) if angles[n] else 1e3) * branch.coordinates[n]:z.3f}"
-            for n in found.told_by
-        ]
+        values = [f"{units[n].per_si * branch.coordinates[n]:z.3f}" for n in found.told_by]
         table.add_row(
             branch.name,
             *values,
@@ -220,7 +216,7 @@ def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> Renderab
         table,
         Text(found.summary),
         *(
-            [Text(f"{found.singular:,} more are singular and left out: no isolated assemblies.")]
+            [Text(f"{found.singular:,} more are singular, not isolated, and left out.")]
             if found.singular
             else []
         ),
@@ -228,12 +224,12 @@ def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> Renderab
 
 
 def singularities_report(found: Closeness) -> RenderableType:
-    """How near a motion comes to singularities: what `parakin solve --singularities` adds."""
+    """How close a motion comes to singularities: what `parakin solve --singularities` adds."""
     return Group(*singularity_lines(found))
 
 
 def singularity_lines(found: Closeness) -> list[Text]:
-    """The least figure of each kind, and every crossing."""
+    """The least closeness of each type, and every crossing."""
     lines = []
     for what, figure in (
         ("type 1 (actuators move, outputs rest)", found.type1),
@@ -250,84 +246,27 @@ def singularity_lines(found: Closeness) -> list[Text]:
     return lines
 
 
-@dataclass
-class Extremes:
-    """Running extremes over the windows of a result: a long motion is never held whole."""
-
-    coordinates: Sequence[str]
-    low: FloatArray
-    high: FloatArray
-    speed: FloatArray
-    acceleration: FloatArray
-    jerk: FloatArray | None = None
-    residual: float = 0.0
-    conditioning: float = 1.0
-    samples: int = 0
-    counts: FloatArray | None = None
-    first_flag: tuple[int, float, Status] | None = None
-
-
-def extremes(ds: xr.Dataset, before: Extremes | None = None) -> Extremes:
-    """The extremes of one more window."""
-    n = ds.sizes["coordinate"]
-    found = before or Extremes(
-        ds["coordinate"].values.tolist(),
-        np.full(n, np.inf),
-        np.full(n, -np.inf),
-        np.zeros(n),
-        np.zeros(n),
-        counts=np.zeros(len(Status)),
-    )
-    q = ds["position"].values
-    found.low = np.fmin(found.low, np.fmin.reduce(q))
-    found.high = np.fmax(found.high, np.fmax.reduce(q))
-    found.speed = np.fmax(found.speed, np.fmax.reduce(np.abs(ds["velocity"].values)))
-    found.acceleration = np.fmax(
-        found.acceleration, np.fmax.reduce(np.abs(ds["acceleration"].values))
-    )
-    if "jerk" in ds:
-        before_this = np.zeros(n) if found.jerk is None else found.jerk
-        found.jerk = np.fmax(before_this, np.fmax.reduce(np.abs(ds["jerk"].values)))
-    found.residual = float(np.fmax(found.residual, np.fmax.reduce(ds["residual"].values)))
-    found.conditioning = float(
-        np.fmin(found.conditioning, np.fmin.reduce(ds["conditioning"].values))
-    )
-    status = ds["status"].values
-    if found.counts is not None:
-        found.counts += np.bincount(status, minlength=len(Status))
-    if found.first_flag is None and status.any():
-        i = int(np.argmax(status != 0))
-        found.first_flag = (found.samples + i, float(ds["time"].values[i]), Status(int(status[i])))
-    found.samples += len(status)
-    return found
-
-
 def solve_report(ds: xr.Dataset, found: Extremes, seconds: float) -> RenderableType:
     """What `parakin solve` prints: strokes, peaks, the worst residual, flags, time and rate.
 
     ds: any window of the result, for names, units and home. seconds: time spent solving.
     """
-    headings = ["actuated", "from", "to", "stroke from home", "peak speed", "peak accel."]
-    table = _table(*headings, *([] if found.jerk is None else ["peak jerk"]))
-    units = ds["unit"].values.tolist()
+    names = ("peak speed", "peak accel.", "peak jerk")[: len(found.low) - 1]
+    table = _table("actuated", "from", "to", "stroke from home", *names)
     chosen = np.flatnonzero(ds["actuated"].values).tolist() or range(ds.sizes["coordinate"])
-    home = ds["home"].values
     for k in chosen:
-        angle = units[k] == "rad"
-        scale, unit = (math.degrees(1.0), "deg") if angle else (1e3, "mm")
-        name = Text(f"{found.coordinates[k]} [{unit}]")
-        if not np.isfinite(found.low[k]):
+        unit, home = unit_of(ds["unit"].values[k] == "rad"), float(ds["home"].values[k])
+        name = Text(f"{found.coordinates[k]} [{unit.name}]")
+        low, high = float(found.low[0, k]), float(found.high[0, k])
+        if not np.isfinite(low):
             table.add_row(name, "nothing solved", *[""] * (len(table.columns) - 2))
             continue
-        down, up = scale * (found.low[k] - home[k]), scale * (found.high[k] - home[k])
+        peaks = [found.peak(order, k)[0] for order in range(1, len(found.low))]
         table.add_row(
             name,
-            f"{scale * found.low[k]:z.3f}",
-            f"{scale * found.high[k]:z.3f}",
-            f"{down:+z.3f} .. {up:+z.3f}",
-            f"{scale * found.speed[k]:.3f} {unit}/s",
-            f"{scale * found.acceleration[k]:.3f} {unit}/s²",
-            *([] if found.jerk is None else [f"{scale * found.jerk[k]:.3f} {unit}/s³"]),
+            *(f"{unit.per_si * value:z.3f}" for value in (low, high)),
+            " .. ".join(f"{unit.per_si * (value - home):+z.3f}" for value in (low, high)),
+            *(unit.plain(peak, ".3f", per) for peak, per in zip(peaks, PER_TIME[1:], strict=False)),
         )
     rate = found.samples / seconds if seconds else math.inf
     lines = [
@@ -345,8 +284,8 @@ def solve_report(ds: xr.Dataset, found: Extremes, seconds: float) -> RenderableT
 
 
 def flag_words(found: Extremes) -> str:
-    """How many samples are flagged as what, and the first; nothing where none is."""
-    if found.first_flag is None or found.counts is None:
+    """How many samples are flagged, for what reason, and the first; "" if there are none."""
+    if found.first_flag is None:
         return ""
     index, time, status = found.first_flag
     each = ", ".join(

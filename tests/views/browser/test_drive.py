@@ -76,7 +76,7 @@ def test_a_flat_parallelogram_lets_the_platform_turn_whatever_is_driven() -> Non
 
 def test_a_limit_stops_it_at_the_limit() -> None:
     drive = _drive("seat-2dof", "A1", "A2")
-    assert drive.beyond == {}
+    assert drive.beyond_limits == {}
     _, high = drive.solver.graph.limits("A1")
     stop = drive.to([9.0, 0.0])
     assert stop is not None
@@ -117,7 +117,7 @@ def _cached(name: str) -> Drive:
 
 
 @pytest.mark.parametrize("name", ["gough-stewart", "flight-simulator", "agile-eye"])
-def test_led_by_a_pose_it_takes_that_pose(name: str) -> None:
+def test_driven_to_a_pose_it_takes_that_pose(name: str) -> None:
     """There and back: where it stands leads to the same driven values."""
     drive = _cached(name)
     drive.home()
@@ -126,7 +126,7 @@ def test_led_by_a_pose_it_takes_that_pose(name: str) -> None:
     there = drive.platform()
     assert there is not None
     drive.home()
-    np.testing.assert_allclose(drive.led(*there), goal, atol=1e-12)
+    np.testing.assert_allclose(drive.values_for_pose(*there), goal, atol=1e-12)
 
 
 def test_forward_takes_over_the_pose_that_inverse_left() -> None:
@@ -134,10 +134,10 @@ def test_forward_takes_over_the_pose_that_inverse_left() -> None:
     inverse = driven_by(mechanism, mechanism.driven)
     assert inverse.to([1.9, 1.2, 0.1]) is None
     forward = _drive("flight-simulator", "A2", "B3", "C3")
-    assert forward.from_pose(inverse.values)
+    assert forward.start_from(inverse.values)
     for name, value in inverse.values.items():
         assert forward.values[name] == pytest.approx(value, abs=1e-9)
-    assert not forward.from_pose(dict.fromkeys(inverse.values, 1.0))
+    assert not forward.start_from(dict.fromkeys(inverse.values, 1.0))
 
 
 def test_it_knows_in_which_assembly_it_stands() -> None:
@@ -157,7 +157,7 @@ def test_a_pose_beyond_limits_tells_them() -> None:
     _, high = drive.solver.graph.limits("A1")
     drive.y = np.array([high + 0.1, 0.0])
     drive.tick = drive.solver.at(drive.y, guess=drive.tick.position)
-    assert drive.beyond == {"A1": drive.solver.graph.holder("A1")}
+    assert drive.beyond_limits == {"A1": drive.solver.graph.holder("A1")}
     assert drive.to([high + 0.2, 0.0]) is not None  # no further
     assert drive.to([high - 0.1, 0.0]) is None  # but back
 

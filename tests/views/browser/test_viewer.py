@@ -21,8 +21,8 @@ import pytest
 from browser import ELSEWHERE, Page, chromium, needs_chromium, until, viewed
 
 import parakin
-from parakin.views.browser.repertoire import Repertoire
-from parakin.views.browser.viewer import Viewer, exposure, is_foreign, serving
+from parakin.views.browser.content import Content
+from parakin.views.browser.viewer import Viewer, exposure, is_cross_origin, serving
 from parakin.views.solids.drawing import COLOURS
 
 pytestmark = needs_chromium
@@ -77,7 +77,11 @@ def test_play_moves_it_and_pause_holds_it(simulator: Page) -> None:
 def test_bodies_stand_where_the_solver_says(simulator: Page) -> None:
     solver = parakin.compile("flight-simulator")
     simulator.choose("Motion", "general")
-    until(lambda: simulator.session.take is not None and simulator.session.take.name == "general")
+    until(
+        lambda: (
+            simulator.session.playback is not None and simulator.session.playback.name == "general"
+        )
+    )
     ds = solver.solve("general", bodies=True)
     for k in (0, 700, 1500, 3000):
         simulator.session.seek(float(ds["time"][k]))
@@ -88,7 +92,7 @@ def test_bodies_stand_where_the_solver_says(simulator: Page) -> None:
 def _drive_from_home(page: Page) -> None:
     page.tab("Drive")
     page.press("Home")
-    until(lambda: page.session.steering.drive is not None)
+    until(lambda: page.session.drive_tab.drive is not None)
 
 
 def _stand_on_the_second_branch(page: Page, of: int) -> None:
@@ -126,8 +130,8 @@ def test_forward_drives_the_actuators_from_where_it_stands(simulator: Page) -> N
     simulator.choose("Kinematics", "forward")
     until(
         lambda: (
-            simulator.session.steering.drive is not None
-            and simulator.session.steering.drive.solver.driven == ("A2", "B3", "C3")
+            simulator.session.drive_tab.drive is not None
+            and simulator.session.drive_tab.drive.solver.driven == ("A2", "B3", "C3")
         )
     )
     simulator.enter("B3 [mm]", "40")
@@ -140,15 +144,15 @@ def test_forward_drives_the_actuators_from_where_it_stands(simulator: Page) -> N
 def test_the_handle_leads_the_platform(simulator: Page) -> None:
     _drive_from_home(simulator)
     simulator.page.wait_for_function("window.__viserMutable.nodeRefFromName['/handle']")
-    before = simulator.session.steering.drive.y.copy()  # type: ignore[union-attr]
-    x, y = _at_rest(simulator, 0.14 * simulator.session.scene.drawing.layout.size)
+    before = simulator.session.drive_tab.drive.y.copy()  # type: ignore[union-attr]
+    x, y = _at_rest(simulator, 0.14 * simulator.session.scene.drawing.arrangement.size)
     mouse = simulator.page.mouse
     mouse.move(x, y)
     mouse.down()
     mouse.move(x, y - 40, steps=5)
-    until(lambda: simulator.session.steering.drive.y[1] > before[1] + 0.01)  # type: ignore[union-attr]
+    until(lambda: simulator.session.drive_tab.drive.y[1] > before[1] + 0.01)  # type: ignore[union-attr]
     mouse.up()
-    drive = simulator.session.steering.drive
+    drive = simulator.session.drive_tab.drive
     assert drive is not None
     _agree(simulator, *drive.solver.poses(drive.y, drive.tick))
 
@@ -180,7 +184,7 @@ _ON_SCREEN = """size => {
 
 def test_another_branch_is_searched_and_driven(browser: Any) -> None:
     with viewed(browser, "five-bar") as page:
-        steering = page.session.steering
+        drive_tab = page.session.drive_tab
         _stand_on_the_second_branch(page, of=4)
         other = parakin.compile("five-bar", near="2", coordinates="all")
         y = np.array([other.home[name] for name in other.driven])
@@ -188,24 +192,24 @@ def test_another_branch_is_searched_and_driven(browser: Any) -> None:
         page.enter("platform.x [mm]", "20")
         y[0] = 0.02
         _agree(page, *other.poses(y, other.at(y)))
-        found = steering._found
+        found = drive_tab._found
         page.press("Search for branches here")  # of these driven values
-        until(lambda: steering._found is not found)
+        until(lambda: drive_tab._found is not found)
         page.page.get_by_text(re.compile("branch [234] of 4")).wait_for()
         page.page.get_by_role("combobox", name="Branch").click()
         page.page.get_by_role("option", name="4 of 4").wait_for()
         options = page.page.get_by_role("option").filter(visible=True).all_inner_texts()
-        assert options == ["that of home", "2 of 4", "3 of 4", "4 of 4"]
+        assert options == ["home", "2 of 4", "3 of 4", "4 of 4"]
         page.page.keyboard.press("Escape")
         _agree(page, *other.poses(y, other.at(y)))
         page.choose("Kinematics", "forward")  # from where it stands, on its assembly mode
         page.page.get_by_text(re.compile("driven by hand, forward")).wait_for()
         _agree(page, *other.poses(y, other.at(y)))
         page.choose("Kinematics", "inverse")
-        page.page.get_by_text(re.compile("branch as it stood")).wait_for()
+        page.page.get_by_text(re.compile("branch unnumbered")).wait_for()
         _agree(page, *other.poses(y, other.at(y)))
-        page.choose("Branch", "that of home")  # for the same driven values
-        page.page.get_by_text(re.compile("branch that of home")).wait_for()
+        page.choose("Branch", "home")  # for the same driven values
+        page.page.get_by_text(re.compile("branch home")).wait_for()
         own = parakin.compile("five-bar", coordinates="all")
         _agree(page, *own.poses(y, own.at(y)))
         assert page.said == []
@@ -213,33 +217,33 @@ def test_another_branch_is_searched_and_driven(browser: Any) -> None:
 
 def test_far_from_home_sliders_reach_to_where_it_stands(browser: Any) -> None:
     with viewed(browser, "flight-simulator") as page:
-        steering = page.session.steering
+        drive_tab = page.session.drive_tab
         _stand_on_the_second_branch(page, of=16)
         page.choose("Kinematics", "forward")
-        until(lambda: steering.drive is not None and "A2" in steering.drive.solver.driven)
-        assert steering.drive is not None
-        y = steering.drive.y.copy()
+        until(lambda: drive_tab.drive is not None and "A2" in drive_tab.drive.solver.driven)
+        assert drive_tab.drive is not None
+        y = drive_tab.drive.y.copy()
         until(lambda: page.value("A2 [mm]") == f"{1e3 * y[0]:.0f}")
         assert y[0] < -2.0
         page.enter("B3 [mm]", "5")
-        until(lambda: abs(steering.drive.y[1] - 0.005) < 1e-12)  # type: ignore[union-attr]
-        assert steering.drive.y[0] == y[0]
-        assert steering.drive.y[2] == y[2]
+        until(lambda: abs(drive_tab.drive.y[1] - 0.005) < 1e-12)  # type: ignore[union-attr]
+        assert drive_tab.drive.y[0] == y[0]
+        assert drive_tab.drive.y[2] == y[2]
 
 
 def test_at_a_limit_it_stops_and_the_joint_lights_up(browser: Any) -> None:
     with viewed(browser, "seat-2dof") as page:
         page.tab("Drive")
         page.choose("Kinematics", "forward")
-        until(lambda: page.session.steering.drive is not None)
+        until(lambda: page.session.drive_tab.drive is not None)
         page.enter("A1 [deg]", "20")
-        until(lambda: abs(page.session.steering.drive.y[0] - np.radians(20)) < 1e-9)  # type: ignore[union-attr]
+        until(lambda: abs(page.session.drive_tab.drive.y[0] - np.radians(20)) < 1e-9)  # type: ignore[union-attr]
         assert COLOURS["offending"] not in page.colours("/mechanism/crank1/joint A1")
         with page.session._lock:
-            page.session.steering.to([2.0, 0.0])
+            page.session.drive_tab.to([2.0, 0.0])
         until(lambda: COLOURS["offending"] in page.colours("/mechanism/crank1/joint A1"))
         assert COLOURS["offending"] not in page.colours("/mechanism/crank2/joint A2")
-        np.testing.assert_allclose(page.session.steering.drive.y[0], np.radians(75), atol=1e-5)  # type: ignore[union-attr]
+        np.testing.assert_allclose(page.session.drive_tab.drive.y[0], np.radians(75), atol=1e-5)  # type: ignore[union-attr]
         page.page.get_by_text(re.compile("stopped: A1 is at its limit")).wait_for()
         page.enter("A1 [deg]", "120")
         until(lambda: page.value("A1 [deg]") == "75")
@@ -258,18 +262,20 @@ def test_a_bad_file_shows_its_message_while_the_last_good_one_stays(
         page.page.get_by_text(re.compile("Error: .*unknown key 'parameter'")).wait_for()
         _agree(page, *home)
         path.write_text(re.sub(r"(?m)^b = .*$", 'b = "130 mm"', FOUR_BAR), "utf-8")
-        until(lambda: page.session.shown.graph.parameters["b"] == 0.13)
+        until(lambda: page.session.loaded.graph.parameters["b"] == 0.13)
         until(lambda: not page.page.get_by_text(re.compile("Error:")).is_visible())
         assert page.said == []
 
 
 def test_two_pages_are_apart_and_closing_one_frees_it(browser: Any) -> None:
-    with serving(Repertoire("four-bar"), port=0) as viewer:
+    with serving(Content("four-bar"), port=0) as viewer:
         one, two = Page(browser, viewer), Page(browser, viewer)
         two.choose("Mechanism", "slider-crank")
-        until(lambda: two.session.shown.name == "slider-crank" and two.session.take is not None)
+        until(
+            lambda: two.session.loaded.name == "slider-crank" and two.session.playback is not None
+        )
         two.drawn()
-        assert one.session.shown.name == "four-bar"
+        assert one.session.loaded.name == "four-bar"
         one.press("Play")
         until(lambda: one.session.time > 0.1)
         assert two.session.time == 0.0
@@ -296,13 +302,13 @@ def _players() -> int:
 
 
 def test_a_page_may_close_while_it_plays(browser: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    left = Viewer._left
+    left = Viewer._disconnected
 
     def late(viewer: Viewer, client: Any) -> None:
         time.sleep(0.5)
         left(viewer, client)
 
-    monkeypatch.setattr(Viewer, "_left", late)
+    monkeypatch.setattr(Viewer, "_disconnected", late)
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # which ends the player's thread, and fails the test
         with viewed(browser, "four-bar") as page:
@@ -315,7 +321,7 @@ def test_a_page_may_close_while_it_plays(browser: Any, monkeypatch: pytest.Monke
 
 
 def test_the_server_ends_and_closes_all_connections(browser: Any) -> None:
-    with serving(Repertoire("four-bar"), port=0) as viewer:
+    with serving(Content("four-bar"), port=0) as viewer:
         page = Page(browser, viewer)
         page.press("Play")
         silent = socket.create_connection(("127.0.0.1", viewer.server.get_port()))
@@ -334,10 +340,10 @@ def test_without_loop_it_stops_at_the_end(browser: Any) -> None:
         page.press("Play")
         until(lambda: page.session.playing)
         until(lambda: not page.session.playing)
-        take = page.session.take
-        assert take is not None
-        assert page.session.time == take.time[-1]
-        _agree(page, take.position[-1], take.wxyz[-1])
+        playback = page.session.playback
+        assert playback is not None
+        assert page.session.time == playback.time[-1]
+        _agree(page, playback.position[-1], playback.wxyz[-1])
 
 
 _TOO_FAR = """
@@ -355,17 +361,17 @@ def test_a_motion_that_cannot_go_on_ends_at_its_last_good_pose(
     path.write_text(file.read_text("utf-8") + _TOO_FAR, "utf-8")
     with viewed(browser, path) as page:
         page.choose("Motion", "far")
-        until(lambda: page.session.take is not None and page.session.take.name == "far")
-        take = page.session.take
-        assert take is not None
-        assert take.stop is not None
-        page.session.seek(float(take.time[-1]))
+        until(lambda: page.session.playback is not None and page.session.playback.name == "far")
+        playback = page.session.playback
+        assert playback is not None
+        assert playback.stop is not None
+        page.session.seek(float(playback.time[-1]))
         page.page.get_by_text(re.compile("stopped: ended at 0.[0-9]+ s")).wait_for()
         # Both arms stretched, on the axis of symmetry: the paper-and-pencil end of the reach.
         end = np.sqrt((0.15 + 0.22) ** 2 - 0.1**2)
-        assert take.point is not None
-        assert 0 < end - take.point[-1, 1] < 5e-3
-        names = {page.session.shown.graph.joints[k].name for k in take.stop.joints}
+        assert playback.point is not None
+        assert 0 < end - playback.point[-1, 1] < 5e-3
+        names = {page.session.loaded.graph.joints[k].name for k in playback.stop.joints}
         assert names
         lit = page.colours(f"/mechanism/{'base'}/joint A1")
         assert (COLOURS["offending"] in lit) == ("A1" in names)
@@ -377,14 +383,14 @@ def test_a_bad_motion_is_told_and_the_one_before_stays(browser: Any, tmp_path: P
     with viewed(browser, "four-bar", motions=(str(path),)) as page:
         page.choose("Motion", str(path))
         page.page.get_by_text(re.compile("Error: .*recorded.csv")).wait_for()
-        assert page.session.take is not None
-        assert page.session.take.name == "turn"
+        assert page.session.playback is not None
+        assert page.session.playback.name == "turn"
 
 
 def test_what_cannot_be_driven_is_shown_and_told(browser: Any) -> None:
     with viewed(browser, "flight-simulator-upu") as page:
         page.page.get_by_text(re.compile("only 1 can move independently")).wait_for()
-        assert page.session.take is None
+        assert page.session.playback is None
 
 
 def test_text_from_a_file_is_only_text(browser: Any, tmp_path: Path) -> None:
@@ -398,7 +404,7 @@ def test_text_from_a_file_is_only_text(browser: Any, tmp_path: Path) -> None:
 
 
 def test_it_is_bound_to_the_loopback_address_alone() -> None:
-    with serving(Repertoire("four-bar"), port=0) as viewer:
+    with serving(Content("four-bar"), port=0) as viewer:
         port = viewer.server.get_port()
         socket.create_connection(("127.0.0.1", port), 5).close()
         with pytest.raises(ConnectionRefusedError):
@@ -420,14 +426,14 @@ def test_it_is_bound_to_the_loopback_address_alone() -> None:
     ],
 )
 def test_whose_page_it_is(origin: str | None, foreign: bool) -> None:
-    assert is_foreign(origin) == foreign
+    assert is_cross_origin(origin) == foreign
 
 
 def test_pages_of_other_sites_are_refused(browser: Any) -> None:
-    with serving(Repertoire("four-bar"), port=0) as viewer:
+    with serving(Content("four-bar"), port=0) as viewer:
         page = browser.new_page()
         page.goto(viewer.url.replace("127.0.0.1", ELSEWHERE))
-        page.get_by_text(re.compile(f"Refused: a page of http://{ELSEWHERE}")).wait_for()
+        page.get_by_text(re.compile(f"Refused: http://{ELSEWHERE}:[0-9]+ is not this")).wait_for()
         assert not viewer.sessions
         assert not page.get_by_text("slider-crank").count()
         page.close()
@@ -465,7 +471,7 @@ def test_without_viser_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setitem(sys.modules, "viser", None)
     with (
         pytest.raises(parakin.InputError, match=r"pip install 'parakin\[view\]'"),
-        serving(Repertoire("four-bar")),
+        serving(Content("four-bar")),
     ):
         pass
 
@@ -509,17 +515,17 @@ def test_only_meshes_that_are_named_are_read(tmp_path: Path) -> None:
     script = (
         "import sys; seen = []; "
         "sys.addaudithook(lambda e, given: seen.append(str(given[0])) if e == 'open' else None); "
-        "from parakin.views.browser.repertoire import Repertoire; "
-        "shown = Repertoire(sys.argv[1], meshes=tuple(sys.argv[2:])).load(sys.argv[1]); "
-        "print(len(shown.meshes), any('coupler.stl' in name for name in seen), shown.problem)"
+        "from parakin.views.browser.content import Content; "
+        "loaded = Content(sys.argv[1], meshes=tuple(sys.argv[2:])).load(sys.argv[1]); "
+        "print(len(loaded.meshes), any('coupler.stl' in name for name in seen), loaded.problem)"
     )
     run = [sys.executable, "-c", script, str(path)]
     said = subprocess.run(run, capture_output=True, text=True, check=True).stdout
     assert said.startswith("0 False Not read")
     said = subprocess.run([*run, str(shape)], capture_output=True, text=True, check=True).stdout
     assert said.startswith("1 True ")
-    shown = Repertoire(str(path), meshes=(str(shape),)).load(str(path))
-    corners = np.unique(np.round(shown.meshes["coupler"].vertices, 9), axis=0)
+    loaded = Content(str(path), meshes=(str(shape),)).load(str(path))
+    corners = np.unique(np.round(loaded.meshes["coupler"].vertices, 9), axis=0)
     np.testing.assert_allclose(corners, [[0, 0, 0.01], [0, 0.001, 0.01], [0.001, 0, 0.01]])
 
 
@@ -545,7 +551,7 @@ each = { x = [0, 1] }
 
 
 def test_a_broken_mesh_is_told_by_its_name(tmp_path: Path) -> None:
-    from parakin.views.browser.repertoire import read_mesh
+    from parakin.views.browser.content import read_mesh
 
     for name, content in (
         ("a.stl", b"\x00" * 90),

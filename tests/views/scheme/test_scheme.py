@@ -187,7 +187,7 @@ def test_each_parameter_is_a_dimension_once_and_in_the_table(tmp_path: Path) -> 
 
 
 def test_parameters_are_told_in_millimetres_and_degrees() -> None:
-    told = {p.name: (p.value, p.said) for p in parameters(load("gough-stewart"))}
+    told = {p.name: (p.value, p.as_given) for p in parameters(load("gough-stewart"))}
     assert told["r_base"] == ("1200 mm", "1.2 m")
     assert told["a_base"] == ("20°", "20 deg")
     assert told["leg3_base"] == ("110°", "120 deg - a_base/2")

@@ -24,7 +24,7 @@ def _drawn(mechanism: parakin.Mechanism) -> Drawing:
 @given(examples())
 def test_whatever_closes_can_be_drawn(example: Example) -> None:
     drawing = _drawn(example.mechanism)
-    bodies = range(len(drawing.layout.graph.bodies))
+    bodies = range(len(drawing.arrangement.graph.bodies))
     for piece in drawing.pieces:
         solid = mesh(piece.form)
         assert piece.body in bodies
@@ -32,7 +32,7 @@ def test_whatever_closes_can_be_drawn(example: Example) -> None:
         assert solid.faces.min() >= 0
         assert solid.faces.max() < len(solid.vertices)
     shown = {piece.joint for piece in drawing.pieces if piece.joint is not None}
-    for number, joint in enumerate(drawing.layout.graph.joints):
+    for number, joint in enumerate(drawing.arrangement.graph.joints):
         assert number in shown or joint.kind in ("fixed", "free")
     assert np.isfinite(drawing.view.eye).all()
     assert len(Painter.of(drawing).triangles)
@@ -42,11 +42,11 @@ def test_whatever_closes_can_be_drawn(example: Example) -> None:
 def test_both_halves_of_a_hinge_are_on_one_axis(name: str) -> None:
     """In the world, where bodies stand at home: their two bars share a line, and overlap."""
     drawing = _drawn(parakin.load(name))
-    for number, joint in enumerate(drawing.layout.graph.joints):
+    for number, joint in enumerate(drawing.arrangement.graph.joints):
         if joint.kind != "revolute":
             continue
         bars = [
-            drawing.layout.world(piece.body, piece.form.points)
+            drawing.arrangement.world(piece.body, piece.form.points)
             for piece in drawing.pieces
             if piece.joint == number and isinstance(piece.form, Bar)
         ]
@@ -56,7 +56,7 @@ def test_both_halves_of_a_hinge_are_on_one_axis(name: str) -> None:
         for c, d in others:
             for point in (c, d):
                 off = point - a - ((point - a) @ along) * along
-                assert np.linalg.norm(off) < 1e-9 * max(1.0, drawing.layout.size)
+                assert np.linalg.norm(off) < 1e-9 * max(1.0, drawing.arrangement.size)
             reached = sorted([float((c - a) @ along), float((d - a) @ along)])
             assert reached[0] < ends[1]
             assert reached[1] > ends[0]

@@ -48,7 +48,7 @@ def test_solids_are_closed_and_face_outwards(name: str) -> None:
 @pytest.mark.parametrize("name", catalogue())
 def test_every_mechanism_is_painted(name: str) -> None:
     drawing = drawing_of(graph_of(load(name)))
-    assert all(0 <= piece.body < len(drawing.layout.poses) for piece in drawing.pieces)
+    assert all(0 <= piece.body < len(drawing.arrangement.poses) for piece in drawing.pieces)
     (axes,) = picture(drawing).axes
     (painted,) = axes.collections
     assert len(painted.get_paths()) > 100
@@ -64,7 +64,7 @@ def test_division_keeps_the_area_and_shortens_the_edges() -> None:
     drawing = drawing_of(graph_of(load("gough-stewart")))
     triangles = Painter.of(drawing).triangles
     edges = np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2)
-    assert edges.max() <= drawing.layout.size / 12
+    assert edges.max() <= drawing.arrangement.size / 12
     area = np.linalg.norm(
         np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1
     ).sum()
@@ -77,7 +77,7 @@ def test_division_keeps_the_area_and_shortens_the_edges() -> None:
 
 def test_the_pins_of_a_four_bar_stand_where_its_closed_form_says() -> None:
     drawing = drawing_of(graph_of(load("four-bar")))
-    joints = {j.name: k for k, j in enumerate(drawing.layout.graph.joints)}
+    joints = {j.name: k for k, j in enumerate(drawing.arrangement.graph.joints)}
     B = 0.04 * np.exp(1j * np.radians(40))  # a, b, c, d of the file; circles about B and D meet
     across = B - 0.1
     apart = abs(across)
@@ -88,7 +88,7 @@ def test_the_pins_of_a_four_bar_stand_where_its_closed_form_says() -> None:
         assert len({piece.body for piece in pins}) == 2
         for pin in pins:
             assert isinstance(pin.form, Bar)
-            ends = drawing.layout.world(pin.body, pin.form.points)
+            ends = drawing.arrangement.world(pin.body, pin.form.points)
             np.testing.assert_allclose(ends[:, 0], place.real, atol=1e-9)
             np.testing.assert_allclose(ends[:, 1], place.imag, atol=1e-9)
 
@@ -96,7 +96,7 @@ def test_the_pins_of_a_four_bar_stand_where_its_closed_form_says() -> None:
 @pytest.mark.parametrize("name", ["gough-stewart", "flight-simulator", "3-rpr", "tricept"])
 def test_a_piston_stays_in_its_cylinder_over_the_stroke(name: str) -> None:
     drawing = drawing_of(graph_of(load(name)))
-    graph, seen = drawing.layout.graph, 0
+    graph, seen = drawing.arrangement.graph, 0
     pistons = {p.body: p.form for p in drawing.pieces if p.part == "piston"}
     for piece in drawing.pieces:
         if piece.part != "cylinder" or piece.joint is None:
@@ -105,14 +105,14 @@ def test_a_piston_stays_in_its_cylinder_over_the_stroke(name: str) -> None:
         tube, rod = piece.form, pistons[joint.child]
         assert isinstance(tube, Bar)
         assert isinstance(rod, Bar)
-        bottom, top = drawing.layout.world(joint.parent, tube.points)
+        bottom, top = drawing.arrangement.world(joint.parent, tube.points)
         length = float(np.linalg.norm(top - bottom))
         axis = (top - bottom) / length
-        R = drawing.layout.poses[joint.parent][0] @ np.array(joint.F.R, dtype=float)
-        inner = drawing.layout.world(joint.child, rod.points)[1] - bottom
-        np.testing.assert_allclose(np.cross(inner, axis), 0, atol=1e-7 * drawing.layout.size)
-        for end in drawing.layout.stroke(piece.joint):
-            out = (end - drawing.layout.q[joint.first]) * (R[:, 2] @ axis)
-            assert -2.1 * drawing.layout.radius <= inner @ axis + out <= length
+        R = drawing.arrangement.poses[joint.parent][0] @ np.array(joint.F.R, dtype=float)
+        inner = drawing.arrangement.world(joint.child, rod.points)[1] - bottom
+        np.testing.assert_allclose(np.cross(inner, axis), 0, atol=1e-7 * drawing.arrangement.size)
+        for end in drawing.arrangement.stroke(piece.joint):
+            out = (end - drawing.arrangement.q[joint.first]) * (R[:, 2] @ axis)
+            assert -2.1 * drawing.arrangement.radius <= inner @ axis + out <= length
         seen += 1
     assert seen == {"gough-stewart": 6, "flight-simulator": 4}.get(name, 3)  # E2P slides unpowered

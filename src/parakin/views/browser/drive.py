@@ -1,7 +1,7 @@
-"""Driven by hand: the pose follows the values asked for, on its branch, and stops where it must.
+"""Driving by hand: the pose follows the requested values on its branch, and stops where it must.
 
-Every step is short, and starts from the last good pose; one that is out of reach, singular, on
-another branch or beyond a limit is not taken, and the joints to blame are named.
+Every step is short and starts from the last good pose. A step that would be out of reach,
+singular, on another branch or beyond a limit is not taken, and the joints at fault are named.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from parakin.solving.solver import Solver
 from parakin.solving.status import Status
 from parakin.solving.tick import Tick
 
-_SLIDE = 0.5  # of the characteristic length: how far slides are asked to go without limits
-_TILT = math.radians(45)  # how far the platform is
+_SLIDE = 0.5  # of the characteristic length: range of a slide without limits, either way
+_TILT = math.radians(45)  # range of the platform's angles, either way
 _STEP = 0.04  # of a radian, or of the characteristic length
-_EDGE = 1e-5  # of such a step: how near to where it stops a pose is taken
-_WITHIN = 8.0  # times a step [rad or m]: how far an iterated coordinate may come
-_FIRM = 0.2  # conditioning above which nothing goes free
-_SAME = 1e-3  # radians and characteristic lengths between one pose, told twice
-_MOVES = 0.5  # of what moves most: what is to blame
+_EDGE = 1e-5  # of a step: how close to the stop the last pose comes
+_WITHIN = 8.0  # steps: how far an iterated coordinate may move in one
+_REGULAR = 0.2  # conditioning above which the pose is far from singular
+_SAME = 1e-3  # [rad, or characteristic lengths]: poses that look the same
+_MOVES = 0.5  # of the fastest joint: the slowest that is still named
 
 
 class Stop(NamedTuple):
-    """Why a pose was not reached, in words, and the numbers of the joints to blame."""
+    """Why a pose was not reached: status, text, and the numbers of the joints at fault."""
 
     status: Status
     words: str
@@ -42,8 +42,8 @@ class Stop(NamedTuple):
 
 
 def choices(solver: Solver) -> dict[str, tuple[str, ...]]:
-    """What of a mechanism can be driven: "inverse", the platform or what else the actuators move,
-    and "forward", the actuators; one of them alone where there are not as many of both.
+    """The coordinates that can be driven: "inverse", those of the platform or other output, and
+    "forward", the actuators. Only one of them if their numbers differ.
     """
     actuated = tuple(c.name for c in solver.graph.coordinates if c.actuated)
     try:
@@ -53,16 +53,16 @@ def choices(solver: Solver) -> dict[str, tuple[str, ...]]:
             return {"forward": solver.driven}
         as_many = len(actuated) == len(solver.driven)
         return {"inverse": solver.driven} | ({"forward": actuated} if as_many else {})
-    if set(solver.driven) != set(actuated):  # the file's own choice, which may be mixed
+    if set(solver.driven) != set(actuated):  # the file's choice, which may be mixed
         return {"inverse": solver.driven, "forward": actuated}
     return {"inverse": outputs, "forward": solver.driven}
 
 
 @dataclass
 class Drive:
-    """A mechanism and where it stands: driven values `y` (k,) [m or rad] and what follows.
+    """A mechanism at a pose: driven values `y` (k,) [m or rad], and the solver's answer `tick`.
 
-    The solver is one compiled with coordinates="all", so that all limits are seen.
+    The solver must be compiled with coordinates="all", so that all limits are checked.
     """
 
     solver: Solver
@@ -75,13 +75,13 @@ class Drive:
         self.home()
 
     def home(self) -> None:
-        """Back to home."""
+        """Return to home."""
         rows = self.solver.coordinates
         self.y = np.array([self.solver.home[name] for name in self.solver.driven])
         self.tick = self.solver.at(self.y, guess=np.array([self.solver.home[c] for c in rows]))
 
-    def from_pose(self, values: Mapping[str, float]) -> bool:
-        """Take over a pose, given as all coordinates, as it is. Returns whether it holds here."""
+    def start_from(self, values: Mapping[str, float]) -> bool:
+        """Start from a pose, all coordinates of it, if it is on this branch. Returns whether."""
         guess = np.array([values[name] for name in self.solver.coordinates])
         y = np.array([values[name] for name in self.solver.driven])
         tick = self.solver.at(y, guess=guess, within=self._scale(_STEP))
@@ -96,13 +96,13 @@ class Drive:
         return dict(zip(self.solver.coordinates, self.tick.position.tolist(), strict=True))
 
     @property
-    def beyond(self) -> dict[str, int]:
-        """Coordinates and cone angles outside their limits, with the numbers of their joints."""
+    def beyond_limits(self) -> dict[str, int]:
+        """Coordinates and cone angles that exceed their limits, with their joints' numbers."""
         at = self.tick.position
-        return self._held((at < self._low) | (at > self._high))
+        return self._joints_of((at < self._low) | (at > self._high))
 
     def nearest(self, assemblies: Sequence[Mapping[str, float]], by: Sequence[str]) -> int | None:
-        """Which of some assemblies it stands in, to the eye, told apart by some coordinates."""
+        """The index of the assembly that looks like this pose, compared by some coordinates."""
         values, angles, units = self.values, self._are_angles(by), self._units_of(by)
         here = np.array([values[name] for name in by])
         for k, assembly in enumerate(assemblies):
@@ -113,9 +113,9 @@ class Drive:
         return None
 
     def to(self, goal: Sequence[float] | FloatArray) -> Stop | None:
-        """Go straight to other driven values; None, or why it stopped on the way.
+        """Move straight to other driven values. Returns why it stopped on the way, if it did.
 
-        Where the conditioning falls, steps are kept too short to pass a singularity unseen.
+        Where the conditioning falls, steps are short enough not to jump over a singularity.
         """
         end = np.array(goal, dtype=float)
         start, way = self.y, end - self.y
@@ -123,7 +123,7 @@ class Drive:
         if length == 0.0:
             return None
         if not np.isfinite(length):
-            return Stop(Status.OUT_OF_REACH, "a value that is no number", frozenset())
+            return Stop(Status.OUT_OF_REACH, "a value that is not a number", frozenset())
         done, step, slope = 0.0, _STEP, 0.0
         stop: Stop | None = None
         status = Status.CONVERGED
@@ -139,7 +139,7 @@ class Drive:
             stop = limit or stop
             leaps = float(tick.conditioning) < 0.5 * last
             if step < _EDGE * _STEP:
-                return stop or self.blame(status or Status.SINGULAR)
+                return stop or self.explain(status or Status.SINGULAR)
             if tick.status or limit is not None or leaps:
                 step = 0.25 * (ahead - done)
                 continue
@@ -150,9 +150,7 @@ class Drive:
             step = min(2 * step, _STEP)
 
     def span(self, name: str) -> tuple[float, float]:
-        """Between which values a driven coordinate is worth asking for [m or rad]: its limits, or
-        some way around home.
-        """
+        """The useful range of a driven coordinate [m or rad]: its limits, or some around home."""
         graph = self.solver.graph
         number = graph.index(name, "driven")
         low, high = graph.limits(name)
@@ -166,10 +164,8 @@ class Drive:
         )
 
     def platform(self) -> tuple[FloatArray, FloatArray] | None:
-        """Where the platform's point is, (3,) [m], and its orientation wxyz, (4,), if it is driven
-        and so can be led by hand.
-        """
-        numbers = self._pose()
+        """The platform's point (3,) [m] and orientation wxyz (4,), if the platform is driven."""
+        numbers = self._pose_numbers()
         if not any(self.solver.graph.coordinates[k].name in self.solver.driven for k in numbers):
             return None
         graph = self.solver.graph
@@ -179,15 +175,15 @@ class Drive:
         offset = np.array([self.solver.plan.offset(k) for k in numbers[:3]])
         return point + offset, self.solver.poses(self.y, self.tick)[1][body - 1]
 
-    def led(self, point: FloatArray, wxyz: FloatArray) -> FloatArray:
-        """The driven values (k,) that bring the platform to a pose, as far as they are its own."""
+    def values_for_pose(self, point: FloatArray, wxyz: FloatArray) -> FloatArray:
+        """Driven values (k,) with those of the platform replaced by a pose."""
         from scipy.spatial.transform import Rotation
 
-        graph, plan, numbers = self.solver.graph, self.solver.plan, self._pose()
+        graph, plan, numbers = self.solver.graph, self.solver.plan, self._pose_numbers()
         joint = graph.joints[graph.coordinates[numbers[0]].joint]
         axes = "".join("XYZ"[pair.axis] for pair in joint.pairs[3:])
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # gimbal lock: the first of many solutions will do
+            warnings.simplefilter("ignore")  # in gimbal lock any solution will do
             angles = Rotation.from_quat(wxyz, scalar_first=True).as_euler(axes)
         goal = self.y.copy()
         for k, value in zip(numbers, [*point, *angles], strict=True):
@@ -199,7 +195,7 @@ class Drive:
                 goal[i] += ahead - 2 * math.pi * turns
         return goal
 
-    def _pose(self) -> range:
+    def _pose_numbers(self) -> range:
         graph = self.solver.graph
         return range(0) if graph.platform is None else graph.joints[graph.platform].coordinates
 
@@ -214,24 +210,26 @@ class Drive:
         return np.where(self._are_angles(names), 1.0, self.solver.graph.length)
 
     def _limit(self, tick: Tick) -> Stop | None:
-        """At which limit a solved pose is not to be taken, if it is not."""
+        """The limit that a solved pose exceeds, if it moves further beyond it."""
         if tick.status:
             return None
         at, last = tick.position, self.tick.position
-        held = self._held(((at < self._low) & (at < last)) | ((at > self._high) & (at > last)))
-        if not held:
+        joints = self._joints_of(
+            ((at < self._low) & (at < last)) | ((at > self._high) & (at > last))
+        )
+        if not joints:
             return None
-        words = "; ".join(f"{name} is at its limit" for name in held)
-        return Stop(Status.LIMIT_EXCEEDED, words, frozenset(held.values()))
+        words = "; ".join(f"{name} is at its limit" for name in joints)
+        return Stop(Status.LIMIT_EXCEEDED, words, frozenset(joints.values()))
 
-    def _held(self, which: BoolArray) -> dict[str, int]:
-        """Some of the reported coordinates, and the numbers of their joints."""
+    def _joints_of(self, which: BoolArray) -> dict[str, int]:
+        """The names of some reported coordinates, with the numbers of their joints."""
         names = [self.solver.coordinates[k] for k in np.flatnonzero(which)]
         return {name: self.solver.graph.holder(name) for name in names}
 
-    def blame(self, status: Status) -> Stop:
-        """What would go free at the pose where it stands, were it any nearer to where it stops."""
-        if float(self.tick.conditioning) > _FIRM:
+    def explain(self, status: Status) -> Stop:
+        """Why it stops here: the joints that would move freely at the singularity nearby."""
+        if float(self.tick.conditioning) > _REGULAR:
             return Stop(status, status.words, frozenset())
         graph, plan = self.solver.plan.graph, self.solver.plan
         q = np.array(plan.home, dtype=float)
@@ -255,8 +253,8 @@ class Drive:
 def driven_by(
     mechanism: Mechanism, driven: Sequence[str], near: Mapping[str, float] | None = None
 ) -> Drive:
-    """A mechanism at home, to be driven by these coordinates. near: all coordinates of an assembly
-    to stand in, on whose branch it then stays.
+    """A mechanism at home, driven by these coordinates. near: all coordinates of another assembly
+    to start from, and on whose branch to stay.
 
     Raises InputError, AssemblyError, DrivenError.
     """

@@ -1,6 +1,4 @@
-"""The tab Drive of a page: a mechanism led by sliders or by a handle on its platform, on the branch
-that is chosen.
-"""
+"""The Drive tab of a page: sliders and a handle on the platform, to drive a mechanism by hand."""
 
 from __future__ import annotations
 
@@ -12,97 +10,100 @@ from typing import Any, Protocol
 from parakin.arrays import FloatArray
 from parakin.errors import ParakinError
 from parakin.solving.modes import modes
-from parakin.views.browser.captions import HOME, Standing, branch_words, plain, unit_of
+from parakin.views.browser.content import LoadedMechanism
 from parakin.views.browser.drive import Drive, Stop, choices, driven_by
-from parakin.views.browser.repertoire import Shown
+from parakin.views.browser.messages import HOME, PoseState, branch_label, escaped
+from parakin.views.units import Unit, unit_of
 
-_ELSEWHERE = "as it stood"  # a branch that no search has named
+_UNNUMBERED = "unnumbered"  # a branch that no search has found yet
 
 
 class Page(Protocol):
-    """What steering asks of the page that it is on."""
+    """What the tab needs of its page."""
 
     client: Any
 
     def on(self, event: Callable[[Any], Any], act: Callable[[], None]) -> None:
-        """Act when the user does something to a control: an event is its `on_update`, say."""
+        """Call `act` when the user operates a control; event: such as the control's `on_update`."""
 
-    def halt(self) -> Mapping[str, float] | None:
-        """Stop what plays; all coordinates where it stands, if they are known."""
+    def pause(self) -> Mapping[str, float] | None:
+        """Pause the motion. Returns all coordinates of the pose shown, if a motion is loaded."""
 
-    def say(self, text: str) -> None:
-        """A word while something takes its time."""
+    def show_progress(self, text: str) -> None:
+        """Show what is going on while it takes time."""
 
-    def stand(self, poses: tuple[FloatArray, FloatArray], standing: Standing) -> None:
-        """Show a pose."""
+    def show_pose(self, poses: tuple[FloatArray, FloatArray], state: PoseState) -> None:
+        """Show a pose: positions and orientations of all bodies but the base."""
 
 
-class Steering:
-    """The tab's controls, and the `drive` that they lead; None while the page plays."""
+class DriveTab:
+    """The controls, and the `drive` that they operate; None while a motion plays."""
 
     def __init__(self, page: Page, tab: Any) -> None:
         self._page, self._tab = page, tab
         self.drive: Drive | None = None
-        self._shown: Shown | None = None
+        self._loaded: LoadedMechanism | None = None
         self._sliders: dict[str, Any] = {}
         self._spans: dict[str, tuple[float, float]] = {}  # of the sliders [m or rad]
         self._choices: dict[str, tuple[str, ...]] = {}
-        self._set = ""  # which of the choices is driven
-        self._label = HOME  # and on which branch
+        self._kinematics = ""  # which of the choices
+        self._branch_name = HOME
         self._drives: dict[tuple[str, str], Drive] = {}
         self._found: dict[str, Mapping[str, float]] = {}
         self._handle: Any = None
-        self._led = False
+        self._dragging = False
         gui = page.client.gui
         with tab:
-            self._which = gui.add_dropdown("Kinematics", ["inverse", "forward"])
-            self._branch = gui.add_dropdown("Branch", [HOME])
-            self._search = gui.add_button("Search for branches here")
+            self._kinematics_list = gui.add_dropdown("Kinematics", ["inverse", "forward"])
+            self._branch_list = gui.add_dropdown("Branch", [HOME])
+            self._search_button = gui.add_button("Search for branches here")
             self._result = gui.add_markdown("", visible=False)
-            self._here = gui.add_button("Drive from here")
-            self._home = gui.add_button("Home")
-            self._handled = gui.add_checkbox("Handle in the scene", initial_value=True)
-        page.on(self._which.on_update, self._switch)
-        page.on(self._branch.on_update, self._choose_branch)
-        page.on(self._search.on_click, self._search_branches)
-        page.on(self._here.on_click, self.take_over)
-        page.on(self._home.on_click, self.go_home)
-        page.on(self._handled.on_update, self._place_handle)
+            self._here_button = gui.add_button("Drive from here")
+            self._home_button = gui.add_button("Home")
+            self._handle_box = gui.add_checkbox("Handle in the scene", initial_value=True)
+        page.on(self._kinematics_list.on_update, self._switch)
+        page.on(self._branch_list.on_update, self._choose_branch)
+        page.on(self._search_button.on_click, self._search_branches)
+        page.on(self._here_button.on_click, self.drive_from_here)
+        page.on(self._home_button.on_click, self.drive_from_home)
+        page.on(self._handle_box.on_update, self._place_handle)
 
-    # What is driven
+    # Kinematics: inverse or forward
 
-    def show(self, shown: Shown) -> None:
-        """Offer what can be driven of a mechanism; nothing where nothing can."""
+    def show(self, loaded: LoadedMechanism) -> None:
+        """Offer the controls of a mechanism; none if it cannot be driven."""
         self.leave()
-        self._shown, self._choices = shown, {}
+        self._loaded, self._choices = loaded, {}
         self._drives.clear()
-        if shown.solver is not None:
-            solver = shown.solver
+        if loaded.solver is not None:
+            solver = loaded.solver
             self._choices = choices(solver)
-            self._set = next(name for name, c in self._choices.items() if c == solver.driven)
-            self._drives[self._set, HOME] = Drive(solver)  # others are compiled when asked for
-            self._which.options = list(self._choices)
-            self._which.value = self._set
+            self._kinematics = next(name for name, c in self._choices.items() if c == solver.driven)
+            self._drives[self._kinematics, HOME] = Drive(solver)  # others are compiled on demand
+            self._kinematics_list.options = list(self._choices)
+            self._kinematics_list.value = self._kinematics
         self._forget_branches()
         for control in (
-            *(self._which, self._branch, self._search),
-            *(self._here, self._home, self._handled),
+            *(self._kinematics_list, self._branch_list, self._search_button),
+            *(self._here_button, self._home_button, self._handle_box),
         ):
             control.visible = bool(self._choices)
         self._fit_sliders(self._chosen() if self._choices else None)
 
     def _chosen(self) -> Drive:
-        """The drive of the set and branch that are chosen; compiled when first asked for."""
-        assert self._shown is not None
-        key = self._set, self._label
+        """The drive for the chosen kinematics and branch, compiled when first needed."""
+        assert self._loaded is not None
+        key = self._kinematics, self._branch_name
         if key not in self._drives:
-            self._page.say("compiling …")
-            near = self._found.get(self._label)
-            self._drives[key] = driven_by(self._shown.mechanism, self._choices[self._set], near)
+            self._page.show_progress("compiling …")
+            near = self._found.get(self._branch_name)
+            self._drives[key] = driven_by(
+                self._loaded.mechanism, self._choices[self._kinematics], near
+            )
         return self._drives[key]
 
     def _fit_sliders(self, drive: Drive | None) -> None:
-        """Sliders over what is worth asking for, and where it stands; made anew if others."""
+        """Make the sliders span the useful range and the current pose."""
         spans: dict[str, tuple[float, float]] = {}
         if drive is not None:
             for name, value in zip(drive.solver.driven, drive.y.tolist(), strict=True):
@@ -117,114 +118,122 @@ class Steering:
             return
         for name, span in spans.items():
             if name not in self._sliders:
-                unit, scale = unit_of(drive.solver.graph, name)
+                unit = self._unit(name)
+                scale = unit.per_si
                 step = 10.0 ** math.floor(math.log10(scale * (span[1] - span[0]) / 1000))
                 low = step * math.floor(scale * span[0] / step)
                 high = step * math.ceil(scale * span[1] / step)
                 with self._tab:
                     slider = self._page.client.gui.add_slider(
-                        f"{name} [{unit}]", low, high, step, low
+                        f"{name} [{unit.name}]", low, high, step, low
                     )
-                self._page.on(slider.on_update, partial(self._slid, name))
+                self._page.on(slider.on_update, partial(self._slider_moved, name))
                 self._sliders[name] = slider
-        self._sync(drive)
+        self._sync_sliders(drive)
+
+    def _unit(self, name: str) -> Unit:
+        assert self._loaded is not None
+        graph = self._loaded.graph
+        return unit_of(graph.coordinates[graph.index(name, "driven")].angle)
 
     def _switch(self) -> None:
-        """Drive the other set, from where the mechanism stands."""
-        values, before = self._values(), (self._set, self._label)
-        self._set, self._label = self._which.value, HOME
+        """Change to the chosen kinematics, at the current pose."""
+        values, before = self._values(), (self._kinematics, self._branch_name)
+        self._kinematics, self._branch_name = self._kinematics_list.value, HOME
         try:
             self._chosen()
         except ParakinError:
-            self._set, self._label = before
-            self._which.value = self._set
+            self._kinematics, self._branch_name = before
+            self._kinematics_list.value = self._kinematics
             raise
         self._forget_branches()
-        self._enter(values)
+        self._start(values)
 
     # Branches
 
     def _forget_branches(self) -> None:
-        """Only home's is known: what a search finds depends on the set and on where it is."""
-        self._label = HOME
+        """Keep only the branch of home: others depend on the kinematics and the driven values."""
+        self._branch_name = HOME
         self._found.clear()
         for key in [key for key in self._drives if key[1] != HOME]:
             del self._drives[key]
-        self._branch.options, self._branch.value = [HOME], HOME
+        self._branch_list.options, self._branch_list.value = [HOME], HOME
         self._result.visible = False
 
     def _search_branches(self) -> None:
-        """Offer the other assemblies for the values that are driven now."""
+        """Offer the other branches for the current driven values."""
         if self.drive is None:
-            self._enter(self._values())
+            self._start(self._values())
         drive = self.drive
         assert drive is not None
-        self._page.say("searching …")
+        self._page.show_progress("searching …")
         values = dict(zip(drive.solver.driven, drive.y.tolist(), strict=True))
-        own = self._drives[self._set, HOME]
-        search = modes(own.solver, values)  # numbered from the mechanism's home
+        from_home = self._drives[self._kinematics, HOME]
+        search = modes(from_home.solver, values)  # numbered from the mechanism's home
         poses = [branch.coordinates for branch in search.modes]
-        labels = [branch_words(k, search) for k in range(len(poses))]
+        labels = [branch_label(k, search) for k in range(len(poses))]
         here = home = drive.nearest(poses, search.told_by)
-        if self._label != HOME:  # numbers are new with every search
-            self._label = _ELSEWHERE if here is None else labels[here]
-            own.home()
-            home = own.nearest(poses, search.told_by) if own.to(drive.y) is None else None
+        if self._branch_name != HOME:  # each search numbers them anew
+            self._branch_name = _UNNUMBERED if here is None else labels[here]
+            from_home.home()
+            home = (
+                from_home.nearest(poses, search.told_by) if from_home.to(drive.y) is None else None
+            )
         self._drives = {key: kept for key, kept in self._drives.items() if key[1] == HOME}
-        self._drives[self._set, self._label] = drive
+        self._drives[self._kinematics, self._branch_name] = drive
         self._found = dict(zip(labels, poses, strict=True))
         if home is not None:
             del self._found[labels[home]]
-        if self._label != HOME:
-            self._found[self._label] = drive.values
-        self._branch.options = [HOME, *self._found]
-        self._branch.value = self._label
-        self._result.content = plain(search.summary)
+        if self._branch_name != HOME:
+            self._found[self._branch_name] = drive.values
+        self._branch_list.options = [HOME, *self._found]
+        self._branch_list.value = self._branch_name
+        self._result.content = escaped(search.summary)
         self._result.visible = True
-        self._stand(None)
+        self._show_pose(None)
 
     def _choose_branch(self) -> None:
-        """Stand in another assembly of the same driven values: found there, or walked to."""
-        before, goal = self._label, None if self.drive is None else self.drive.y
-        self._label = self._branch.value
+        """Change to the chosen branch, at the same driven values."""
+        before, goal = self._branch_name, None if self.drive is None else self.drive.y
+        self._branch_name = self._branch_list.value
         try:
             drive = self._chosen()
         except ParakinError:
-            self._label = self._branch.value = before
+            self._branch_name = self._branch_list.value = before
             raise
         drive.home()
-        self._page.halt()
+        self._page.pause()
         self.drive = drive
         stop = None if goal is None else drive.to(goal)
         self._fit_sliders(drive)
-        self._stand(stop)
+        self._show_pose(stop)
 
-    # Where it stands
+    # The pose
 
     def _values(self) -> Mapping[str, float] | None:
-        """All coordinates as shown, if they are known."""
-        return self.drive.values if self.drive is not None else self._page.halt()
+        """All coordinates of the pose shown, if they are known."""
+        return self.drive.values if self.drive is not None else self._page.pause()
 
-    def _enter(self, values: Mapping[str, float] | None, *, but: str = "") -> None:
-        """Start driving from a pose, or home; sliders go there, `but` the one that is held."""
-        self._page.halt()
+    def _start(self, values: Mapping[str, float] | None, *, except_for: str = "") -> None:
+        """Start driving from a pose, or from home. All sliders follow, `except_for` one."""
+        self._page.pause()
         drive = self._chosen()
         if values is None:
             drive.home()
-        elif not drive.from_pose(values):
-            drive = self._elsewhere(values)
+        elif not drive.start_from(values):
+            drive = self._unnumbered_branch(values)
         self.drive = drive
-        if but:
-            self._sync(drive, but)
+        if except_for:
+            self._sync_sliders(drive, except_for)
         else:
             self._fit_sliders(drive)
-        self._stand(None)
+        self._show_pose(None)
 
-    def _elsewhere(self, values: Mapping[str, float]) -> Drive:
-        """The drive for a pose on no branch that has a name, or where there is none, home's."""
+    def _unnumbered_branch(self, values: Mapping[str, float]) -> Drive:
+        """The drive for a pose on a branch not found yet; at home if it cannot be assembled."""
         self._forget_branches()
-        self._found[_ELSEWHERE] = values
-        self._label = _ELSEWHERE
+        self._found[_UNNUMBERED] = values
+        self._branch_name = _UNNUMBERED
         try:
             drive = self._chosen()
         except ParakinError:
@@ -232,100 +241,100 @@ class Steering:
             drive = self._chosen()
             drive.home()
             return drive
-        self._branch.options, self._branch.value = [HOME, _ELSEWHERE], _ELSEWHERE
+        self._branch_list.options, self._branch_list.value = [HOME, _UNNUMBERED], _UNNUMBERED
         return drive
 
-    def go_home(self) -> None:
-        """Drive, from home."""
+    def drive_from_home(self) -> None:
+        """Start driving from home."""
         if self._choices:
-            self._label = self._branch.value = HOME
-            self._enter(None)
+            self._branch_name = self._branch_list.value = HOME
+            self._start(None)
 
-    def take_over(self) -> None:
-        """Drive, from where the mechanism stands."""
+    def drive_from_here(self) -> None:
+        """Start driving from the pose shown."""
         if self._choices:
-            self._enter(self._values())
+            self._start(self._values())
 
     def leave(self) -> None:
-        """Drive no longer."""
+        """Stop driving."""
         if self.drive is not None:
             self.drive = None
-            self._label = self._branch.value = HOME
+            self._branch_name = self._branch_list.value = HOME
             self._drop_handle()
 
-    def _sync(self, drive: Drive, but: str = "") -> None:
-        """Sliders to where the mechanism stands."""
+    def _sync_sliders(self, drive: Drive, except_for: str = "") -> None:
+        """Set the sliders to the current pose."""
         for name, value in zip(drive.solver.driven, drive.y.tolist(), strict=True):
-            if name != but:
+            if name != except_for:
                 slider = self._sliders[name]
-                slider.value = _on_slider(slider, unit_of(drive.solver.graph, name)[1] * value)
+                slider.value = _nearest_step(slider, self._unit(name).per_si * value)
 
-    def _slid(self, name: str) -> None:
+    def _slider_moved(self, name: str) -> None:
         if self.drive is None:
-            self._enter(self._values(), but=name)
+            self._start(self._values(), except_for=name)
         drive = self.drive
         assert drive is not None
-        goal = drive.y.copy()  # a slider has its own steps: what nobody moved stays
-        scale = unit_of(drive.solver.graph, name)[1]
-        goal[drive.solver.driven.index(name)] = self._sliders[name].value / scale
+        goal = drive.y.copy()  # other sliders are rounded to their steps
+        value = self._sliders[name].value / self._unit(name).per_si
+        goal[drive.solver.driven.index(name)] = value
         self.to(goal)
 
     def to(self, goal: Sequence[float] | FloatArray) -> None:
-        """Drive towards values (k,) [m or rad]; where it stops, sliders come back to that."""
+        """Drive towards values (k,) [m or rad]; if it stops, the sliders return to where."""
         assert self.drive is not None
         stop = self.drive.to(goal)
         if stop is not None:
-            self._sync(self.drive)
-        self._stand(stop)
+            self._sync_sliders(self.drive)
+        self._show_pose(stop)
 
-    def _stand(self, stop: Stop | None) -> None:
-        """Show the driven pose, and why it goes no further."""
+    def _show_pose(self, stop: Stop | None) -> None:
+        """Show the current pose and, if it stopped, why."""
         drive = self.drive
         assert drive is not None
-        graph, beyond = drive.solver.graph, drive.beyond
-        standing = Standing(
-            f"driven by hand, {self._set}",
+        joints = drive.solver.graph.joints
+        state = PoseState(
+            f"driven by hand, {self._kinematics}",
             float(drive.tick.conditioning),
             float(drive.tick.residual),
             stop,
-            {graph.joints[number].name: number for number in beyond.values()},
-            self._label,
+            {joints[number].name: number for number in drive.beyond_limits.values()},
+            self._branch_name,
         )
         with self._page.client.atomic():
-            self._page.stand(drive.solver.poses(drive.y, drive.tick), standing)
+            self._page.show_pose(drive.solver.poses(drive.y, drive.tick), state)
             self._place_handle()
-        self._page.client.flush()  # a hand is waiting
+        self._page.client.flush()  # at once: the user is waiting for it
 
     # The handle
 
-    async def _hold(self, event: Any) -> None:
-        """Whether a hand is on the handle. Awaited, and so in order, which threads are not."""
-        self._led = event.phase != "end"
+    async def _note_dragging(self, event: Any) -> None:
+        """Note whether the handle is being dragged. A coroutine, because these run in order."""
+        self._dragging = event.phase != "end"
 
-    def _lead(self) -> None:
-        """Follow the handle; once it is let go it returns to where the mechanism stands."""
+    def _follow_handle(self) -> None:
+        """Drive the platform towards the handle."""
         if self.drive is None or self._handle is None:
             return
-        stop = self.drive.to(self.drive.led(self._handle.position, self._handle.wxyz))
-        self._sync(self.drive)
-        self._stand(stop)
+        stop = self.drive.to(self.drive.values_for_pose(self._handle.position, self._handle.wxyz))
+        self._sync_sliders(self.drive)
+        self._show_pose(stop)
 
     def _place_handle(self) -> None:
-        """The handle where the platform is, unless the hand is on it."""
-        if self._led:
+        """Put the handle at the platform, unless it is being dragged."""
+        if self._dragging:
             return
         pose = None if self.drive is None else self.drive.platform()
-        if pose is None or not self._handled.value:
+        if pose is None or not self._handle_box.value:
             self._drop_handle()
             return
         if self._handle is None:
-            assert self._shown is not None
-            size = 0.16 * self._shown.drawing.layout.size
+            assert self._loaded is not None
+            size = 0.16 * self._loaded.drawing.arrangement.size
             handle = self._page.client.scene.add_transform_controls(
                 "/handle", size, depth_test=False, position=pose[0], wxyz=pose[1]
             )
-            handle.on_update(self._hold)
-            self._page.on(handle.on_update, self._lead)
+            handle.on_update(self._note_dragging)
+            self._page.on(handle.on_update, self._follow_handle)
             self._handle = handle
         self._handle.position, self._handle.wxyz = pose
 
@@ -333,11 +342,11 @@ class Steering:
         if self._handle is not None:
             self._handle.remove()
             self._handle = None
-        self._led = False
+        self._dragging = False
 
 
-def _on_slider(slider: Any, value: float) -> float:
-    """Where a slider shows a value: at its nearest step."""
+def _nearest_step(slider: Any, value: float) -> float:
+    """The step of a slider nearest to a value."""
     low, high, step = float(slider.min), float(slider.max), float(slider.step)
     digits = max(0, -math.floor(math.log10(step)))
     at = round(low + step * round((value - low) / step), digits)

@@ -1,4 +1,4 @@
-"""A mechanism in a viser scene. It places bodies, and knows no time and no equations."""
+"""A mechanism in a viser scene: places bodies, and knows nothing of time or equations."""
 
 from __future__ import annotations
 
@@ -7,20 +7,23 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from parakin.arrays import FloatArray
 from parakin.views.solids.drawing import COLOURS, Drawing
 from parakin.views.solids.shapes import Bar, Mesh, joined, mesh
+from parakin.views.thinning import thinned
 
-_ROOT = "/mechanism"  # bodies are below it, and what no body can be called, by a dot
+_ROOT = "/mechanism"  # of all bodies; other nodes begin with a dot, which no name of a body does
 _ROD = (150, 158, 168)
+_BUCKETS = 130  # of a trace
 
 
 @dataclass
 class Scene:
     """The nodes of one mechanism in one scene (viser's `SceneApi`).
 
-    meshes: shapes of bodies by name, in the body's frame; they replace what would be drawn.
+    meshes: shapes of bodies by name, in the body's frame, to show in place of the usual solids.
     """
 
     api: Any
@@ -30,14 +33,16 @@ class Scene:
     _rods: list[Any] = field(init=False)
     _joints: dict[int, list[tuple[Any, tuple[int, int, int]]]] = field(init=False)
     _labels: list[Any] = field(init=False)
-    _lit: frozenset[int] = frozenset()
+    _highlighted: frozenset[int] = frozenset()
 
     def __post_init__(self) -> None:
-        graph, size = self.drawing.layout.graph, self.drawing.layout.size
+        graph, size = self.drawing.arrangement.graph, self.drawing.arrangement.size
         self._solids = [mesh(piece.form) for piece in self.drawing.pieces]
         self._root = self.api.add_frame(_ROOT, show_axes=False)
         self.bodies, self._rods, self._joints, self._labels = [], [], {}, []
-        for name, (R, p) in zip(graph.bodies, self.drawing.layout.poses, strict=True):
+        R, position = (np.array(part) for part in zip(*self.drawing.arrangement.poses, strict=True))
+        wxyz = Rotation.from_matrix(R).as_quat(scalar_first=True)
+        for name, p, turn in zip(graph.bodies, position, wxyz, strict=True):
             frame = self.api.add_frame(
                 self._node(name),
                 show_axes=False,
@@ -45,12 +50,13 @@ class Scene:
                 axes_radius=0.004 * size,
                 origin_radius=0.008 * size,
                 position=p,
-                wxyz=_quaternion(R),
+                wxyz=turn,
             )
             self.bodies.append(frame)
         self._add_bodies()
         self._add_joints()
         self._add_rods()
+        self._place_rods(position, wxyz)
         view = self.drawing.view
         self.trace_node: Any = None
         self._floor(view.up)
@@ -59,7 +65,7 @@ class Scene:
         return f"{_ROOT}/{body}/{part}" if part else f"{_ROOT}/{body}"
 
     def _add_bodies(self) -> None:
-        graph = self.drawing.layout.graph
+        graph = self.drawing.arrangement.graph
         for body, name in enumerate(graph.bodies):
             parts: dict[str, list[Mesh]] = {}
             shape = self.meshes.get(name)
@@ -80,7 +86,7 @@ class Scene:
             self._labels.append(self.api.add_label(node, point, position=p, visible=False))
 
     def _add_joints(self) -> None:
-        graph = self.drawing.layout.graph
+        graph = self.drawing.arrangement.graph
         named: set[int] = set()
         for k, piece in enumerate(self.drawing.pieces):
             if piece.joint is None or graph.bodies[piece.body] in self.meshes:
@@ -99,18 +105,14 @@ class Scene:
     def _add_rods(self) -> None:
         for rod in self.drawing.rods:
             start, end = (
-                self.drawing.layout.world(rod.parent, rod.start)[0],
-                self.drawing.layout.world(rod.child, rod.end)[0],
+                self.drawing.arrangement.world(rod.parent, rod.start)[0],
+                self.drawing.arrangement.world(rod.child, rod.end)[0],
             )
             along = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, float(np.linalg.norm(end - start))]])
-            name = self.drawing.layout.graph.joints[rod.joint].name
+            name = self.drawing.arrangement.graph.joints[rod.joint].name
             node = self._mesh(f"{_ROOT}/.rod {name}", mesh(Bar(along, rod.radius)), _ROD)
             self._joints.setdefault(rod.joint, []).append((node, _ROD))
             self._rods.append(node)
-        self._place_rods(
-            np.array([p for _, p in self.drawing.layout.poses]),
-            np.array([_quaternion(R) for R, _ in self.drawing.layout.poses]),
-        )
 
     def _mesh(self, name: str, solid: Mesh, colour: tuple[int, int, int]) -> Any:
         return self.api.add_mesh_simple(
@@ -118,10 +120,10 @@ class Scene:
         )
 
     def _floor(self, up: FloatArray) -> None:
-        """A grid under everything, square to what is up."""
-        view, size = self.drawing.view, self.drawing.layout.size
+        """A grid below the mechanism, perpendicular to the up axis."""
+        view, size = self.drawing.view, self.drawing.arrangement.size
         below = min(
-            float((self.drawing.layout.world(piece.body, solid.vertices) @ up).min())
+            float((self.drawing.arrangement.world(piece.body, solid.vertices) @ up).min())
             for piece, solid in zip(self.drawing.pieces, self._solids, strict=True)
         )
         cell = 10.0 ** np.floor(np.log10(size / 4))
@@ -137,47 +139,50 @@ class Scene:
         )
 
     def place(self, position: FloatArray, wxyz: FloatArray) -> None:
-        """Set all bodies but the base, as a Dataset has them: (bodies, 3) [m], (bodies, 4)."""
+        """Place all bodies but the base, given as in a Dataset: (bodies, 3) [m], (bodies, 4)."""
         for handle, p, turn in zip(self.bodies[1:], position, wxyz, strict=True):
             handle.position = p
             handle.wxyz = turn
-        if self._rods:
-            home = np.array([[1.0, 0.0, 0.0, 0.0]])
-            self._place_rods(
-                np.concatenate([np.zeros((1, 3)), position]), np.concatenate([home, wxyz])
-            )
+        base = np.array([[1.0, 0.0, 0.0, 0.0]])
+        self._place_rods(np.concatenate([np.zeros((1, 3)), position]), np.concatenate([base, wxyz]))
 
     def _place_rods(self, position: FloatArray, wxyz: FloatArray) -> None:
+        if not self._rods:
+            return
+        R = Rotation.from_quat(wxyz, scalar_first=True).as_matrix()
         for node, rod in zip(self._rods, self.drawing.rods, strict=True):
-            start = position[rod.parent] + _turned(wxyz[rod.parent], rod.start)
-            end = position[rod.child] + _turned(wxyz[rod.child], rod.end)
+            start = position[rod.parent] + R[rod.parent] @ rod.start
+            end = position[rod.child] + R[rod.child] @ rod.end
             node.position = start
             node.wxyz = _from_z((end - start) / np.linalg.norm(end - start))
 
-    def light(self, joints: Collection[int]) -> None:
-        """Show which joints stop the mechanism; none of them when empty."""
-        lit = frozenset(joints)
-        for number in lit ^ self._lit:
+    def highlight(self, joints: Collection[int]) -> None:
+        """Highlight these joints and no others."""
+        highlighted = frozenset(joints)
+        for number in highlighted ^ self._highlighted:
             for node, colour in self._joints.get(number, ()):
-                node.color = COLOURS["offending"] if number in lit else colour
-        self._lit = lit
+                node.color = COLOURS["offending"] if number in highlighted else colour
+        self._highlighted = highlighted
 
     def show_frames(self, shown: bool) -> None:
-        """The axes of every body."""
+        """Show or hide the axes of every body."""
         for handle in self.bodies:
             handle.show_axes = shown
 
     def show_names(self, shown: bool) -> None:
-        """Names of bodies, joints and points."""
+        """Show or hide the names of bodies, joints and points."""
         for label in self._labels:
             label.visible = shown
 
-    def trace(self, points: FloatArray) -> None:
-        """A line along points (n, 3), in place of the one before; none where n < 2."""
+    def trace(self, points: FloatArray | None) -> None:
+        """Replace the trace by a line along points (n, 3), or by none."""
         if self.trace_node is not None:
             self.trace_node.remove()
             self.trace_node = None
+        if points is None:
+            return
         points = points[np.isfinite(points).all(axis=1)]
+        points = points[thinned(points.T, _BUCKETS)]
         if len(points) > 1:
             pairs = np.stack([points[:-1], points[1:]], axis=1).astype(np.float32)
             self.trace_node = self.api.add_line_segments(
@@ -189,31 +194,15 @@ class Scene:
             )
 
     def remove(self) -> None:
-        """Take everything out of the scene."""
+        """Remove everything from the scene."""
         self._root.remove()
 
 
-def _quaternion(R: FloatArray) -> FloatArray:
-    from scipy.spatial.transform import Rotation
-
-    return np.asarray(Rotation.from_matrix(R).as_quat(scalar_first=True))
-
-
-def _turned(wxyz: FloatArray, p: FloatArray) -> FloatArray:
-    w, v = wxyz[0], wxyz[1:]
-    across = 2.0 * _cross(v, p)
-    return np.asarray(p + w * across + _cross(v, across))
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """As np.cross, which for single vectors takes longer than all the rest."""
-    return np.array(
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    )
-
-
 def _from_z(direction: FloatArray) -> FloatArray:
-    """The shortest turn from z to a unit vector, as a quaternion wxyz."""
+    """The shortest turn from z to a unit vector, as a quaternion wxyz.
+
+    SciPy's align_vectors takes sixty times as long, and this runs for every rod and pose.
+    """
     x, y, z = direction.tolist()
     if z < -1 + 1e-12:
         return np.array([0.0, 1.0, 0.0, 0.0])

@@ -1,6 +1,6 @@
 """The viewer: pages served to browsers, each a session of its own.
 
-Closing a page ends its session. Whatever the user may ask for comes from a `Repertoire`.
+Closing a page ends its session. A page can show what a `Content` offers, and nothing else.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from parakin.errors import InputError, ParakinError, not_installed, reason
-from parakin.views.browser.captions import plain
-from parakin.views.browser.repertoire import Repertoire, Shown
+from parakin.views.browser.content import Content, LoadedMechanism
+from parakin.views.browser.messages import escaped
 from parakin.views.browser.session import Session
 
-_LOOK = 0.5  # seconds between looks at the files
+_LOOK_EVERY = 0.5  # [s], at the files
 
 
 def is_loopback(host: str) -> bool:
-    """Whether an address is only reached from this computer."""
+    """Whether an address can be reached from this computer only."""
     if host == "localhost":
         return True
     try:
@@ -34,42 +34,43 @@ def is_loopback(host: str) -> bool:
         return False
 
 
-def is_foreign(origin: str | None) -> bool:
-    """Whether a page is of another site: one that is open in the same browser reaches the loopback
-    address too. Browsers say in every request whose page it is; other programs need not.
+def is_cross_origin(origin: str | None) -> bool:
+    """Whether a request comes from a page of another site: any page open in the same browser can
+    reach the loopback address. Browsers send the origin with every request, other programs need
+    not.
     """
     return origin is not None and not is_loopback(urlsplit(origin).hostname or "")
 
 
 def exposure(host: str) -> str:
-    """What serving at an address exposes, in words; "" at the loopback address."""
+    """A warning about what serving at an address exposes; "" at the loopback address."""
     if is_loopback(host):
         return ""
     return (
-        f"served at {host}: whoever can reach this computer there can open the page without a "
-        "password, see the mechanisms of the catalogue and the files named on the command line, "
-        "and use this computer's processor; nothing is encrypted"
+        f"served at {host}: anyone who can reach this address can open the page without a "
+        "password, see the catalogue and the files named on the command line, and use this "
+        "computer's processor; the connection is not encrypted"
     )
 
 
 @contextlib.contextmanager
-def serving(repertoire: Repertoire, host: str = "127.0.0.1", port: int = 8080) -> Iterator[Viewer]:
-    """The pages, served in the background. Raises InputError where the mechanism named is bad,
-    viser is not installed, or the address is not to be had.
+def serving(content: Content, host: str = "127.0.0.1", port: int = 8080) -> Iterator[Viewer]:
+    """Serve the pages in the background. Raises InputError if the mechanism is bad, viser is not
+    installed, or the address is not available.
     """
     try:
         import viser
     except ImportError:
         raise not_installed("view", "viser", "view") from None
-    first = repertoire.load(repertoire.named)
+    first = content.load(content.mechanism)
     if not 0 <= port <= 65535:
         raise InputError("--port", str(port), "0 to 65535")
     _check_address(host)
-    # A page may close while a pose is on its way to it, and viser calls us only afterwards.
+    # A page may close while a pose is on its way to it, before viser calls `_disconnected`.
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
-    with contextlib.redirect_stdout(io.StringIO()):  # its banner
+    with contextlib.redirect_stdout(io.StringIO()):  # viser's banner
         server = viser.ViserServer(host=host, port=port, label="parakin", verbose=False)
-    viewer = Viewer(server, repertoire, first)
+    viewer = Viewer(server, content, first)
     try:
         yield viewer
     finally:
@@ -80,8 +81,8 @@ def serving(repertoire: Repertoire, host: str = "127.0.0.1", port: int = 8080) -
 
 
 def _hang_up() -> None:
-    """Drop the connections that a browser opened in advance and never used, for which the server
-    would wait ten seconds; it closes the others itself. Called in its loop.
+    """Drop the connections that a browser opened in advance and never used: the server closes the
+    others itself, but would wait ten seconds for these. Runs in the server's loop.
     """
     from websockets.protocol import State
 
@@ -94,7 +95,7 @@ def _hang_up() -> None:
 
 
 def _check_address(host: str) -> None:
-    """Raises InputError on an address that is not this computer's; viser would wait for ever."""
+    """Raises InputError unless the address is this computer's; viser would wait forever."""
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(
             host, 0, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
@@ -106,62 +107,60 @@ def _check_address(host: str) -> None:
 
 
 class Viewer:
-    """The server and the sessions it holds; `sessions` by page."""
+    """The server, and its `sessions` by page."""
 
-    def __init__(self, server: Any, repertoire: Repertoire, first: Shown) -> None:
-        self.server, self.repertoire = server, repertoire
+    def __init__(self, server: Any, content: Content, first: LoadedMechanism) -> None:
+        self.server, self.content = server, content
         self.sessions: dict[int, Session] = {}
         self._first = first
         self._closing = threading.Event()
-        # A page may ask viser for a tunnel through which all the world can see it. Never.
+        # A page can ask viser to publish it through a tunnel: never.
         server.request_share_url = lambda *_, **__: None
         server.gui.configure_theme(show_share_button=False, show_logo=False, control_width="large")
         server.scene.configure_default_lights(enabled=True, cast_shadow=False)
-        server.on_client_connect(self._opened)
-        server.on_client_disconnect(self._left)
-        self._watch = threading.Thread(target=self._look, name="parakin files", daemon=True)
+        server.on_client_connect(self._connected)
+        server.on_client_disconnect(self._disconnected)
+        self._watch = threading.Thread(target=self._watch_files, name="parakin files", daemon=True)
         self._watch.start()
 
     @property
     def url(self) -> str:
-        """Where the page is."""
+        """The address of the page."""
         host = self.server.get_host()
-        shown = "localhost" if host in ("0.0.0.0", "::") else host
-        return f"http://{f'[{shown}]' if ':' in shown else shown}:{self.server.get_port()}"
+        name = "localhost" if host in ("0.0.0.0", "::") else host
+        return f"http://{f'[{name}]' if ':' in name else name}:{self.server.get_port()}"
 
-    def _opened(self, client: Any) -> None:
+    def _connected(self, client: Any) -> None:
         connection = self.server._websock_server._live_connections.get(client.client_id)
-        if connection is None:  # gone meanwhile
+        if connection is None:  # closed in the meantime
             return
         origin = connection.request.headers.get("Origin")
-        if is_loopback(self.server.get_host()) and is_foreign(origin):
-            client.gui.add_markdown(
-                f"Refused: a page of {plain(origin)}, not of this computer; see --host."
-            )
+        if is_loopback(self.server.get_host()) and is_cross_origin(origin):
+            client.gui.add_markdown(f"Refused: {escaped(origin)} is not this computer; see --host.")
             return
-        self.sessions[client.client_id] = Session(client, self.repertoire, self._first)
-        if client.client_id not in self.server.get_clients():  # gone meanwhile
-            self._left(client)
+        self.sessions[client.client_id] = Session(client, self.content, self._first)
+        if client.client_id not in self.server.get_clients():  # closed in the meantime
+            self._disconnected(client)
 
-    def _left(self, client: Any) -> None:
+    def _disconnected(self, client: Any) -> None:
         session = self.sessions.pop(client.client_id, None)
         if session is not None:
             session.close()
 
-    def _look(self) -> None:
-        """Reload what is shown when its files change; tell what is wrong with them."""
-        stamp = self.repertoire.stamp()
-        while not self._closing.wait(_LOOK):
-            now = self.repertoire.stamp()
+    def _watch_files(self) -> None:
+        """Reload the mechanism when its files change, and show errors in them."""
+        stamp = self.content.stamp()
+        while not self._closing.wait(_LOOK_EVERY):
+            now = self.content.stamp()
             if now == stamp:
                 continue
             stamp = now
             try:
-                self._first = self.repertoire.load(self.repertoire.named)
+                self._first = self.content.load(self.content.mechanism)
             except ParakinError as error:
                 for session in list(self.sessions.values()):
-                    if session.shown.name == self.repertoire.named:
-                        session.tell(str(error))
+                    if session.loaded.name == self.content.mechanism:
+                        session.show_error(str(error))
                 continue
             for session in list(self.sessions.values()):
                 session.reloaded(self._first)

@@ -1,4 +1,4 @@
-"""What is written beside a scheme: frames, points, names and dimensions."""
+"""The annotation of a scheme: frames, points, names and dimensions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _AXIS = 30.0  # [pt] of a frame
-_SHORTEST = 16.0  # [pt]: dimensions of less have no room for arrows
+_SHORTEST = 16.0  # [pt]: shorter dimensions have no room for arrows
 
 
 def annotate(axes: Axes, sheet: Sheet) -> None:
@@ -42,18 +42,18 @@ def annotate(axes: Axes, sheet: Sheet) -> None:
 
 
 def _frames(axes: Axes, sheet: Sheet) -> None:
-    """The base's frame, and the platform's at its point unless it is the same at home."""
+    """The base's frame, and the platform's at its point unless they coincide at home."""
     drawing = sheet.drawing
     origin = sheet.flat(np.zeros(3))[0]
     if sheet.holds(origin):
         _frame(axes, sheet, np.eye(3), origin, "", FIXED, _AXIS)
-    number = drawing.layout.graph.platform
+    number = drawing.arrangement.graph.platform
     if number is None:
         return
-    joint = drawing.layout.graph.joints[number]
-    R, _ = drawing.layout.poses[joint.child]
-    place = drawing.layout.world(joint.child, np.array(joint.M.p, dtype=float))[0]
-    if np.linalg.norm(place) < 1e-6 * drawing.layout.size and np.allclose(R, np.eye(3)):
+    joint = drawing.arrangement.graph.joints[number]
+    R, _ = drawing.arrangement.poses[joint.child]
+    place = drawing.arrangement.world(joint.child, np.array(joint.M.p, dtype=float))[0]
+    if np.linalg.norm(place) < 1e-6 * drawing.arrangement.size and np.allclose(R, np.eye(3)):
         return
     _frame(axes, sheet, R, sheet.flat(place)[0], "′", PLATFORM, 0.8 * _AXIS)
 
@@ -70,7 +70,7 @@ def _frame(
     for name, axis in zip("xyz", R.T, strict=True):
         along = length * sheet.sight.flat(axis)
         size = float(np.linalg.norm(along))
-        if size < 0.15 * length:  # seen along it: a dot where it points to the eye, else a cross
+        if size < 0.15 * length:  # seen end on: a dot if it points to the eye, else a cross
             circle = origin + 3.2 * np.column_stack([np.cos(TURN), np.sin(TURN)])
             draw_line(axes, circle, 0.8, colour, 4.2)
             towards = axis @ sheet.sight.eye > 0
@@ -86,8 +86,8 @@ def _frame(
 
 
 def _points(axes: Axes, sheet: Sheet) -> None:
-    """Named points, unless a joint of that name stands there."""
-    graph = sheet.drawing.layout.graph
+    """Named points, unless a joint has the same name."""
+    graph = sheet.drawing.arrangement.graph
     joints = {joint.name for joint in graph.joints}
     for full, (body, p) in graph.points.items():
         name = full.rpartition(".")[2]
@@ -99,12 +99,12 @@ def _points(axes: Axes, sheet: Sheet) -> None:
 
 
 def _names(sheet: Sheet) -> None:
-    """Names of the base, the platform and, in a mechanism of few bodies, every link."""
+    """The name of the platform or, if there are few bodies, of every link."""
     drawing = sheet.drawing
-    number = drawing.layout.graph.platform
-    platform = -1 if number is None else drawing.layout.graph.joints[number].child
-    few = len(drawing.layout.graph.bodies) <= 8
-    for body, name in enumerate(drawing.layout.graph.bodies):
+    number = drawing.arrangement.graph.platform
+    platform = -1 if number is None else drawing.arrangement.graph.joints[number].child
+    few = len(drawing.arrangement.graph.bodies) <= 8
+    for body, name in enumerate(drawing.arrangement.graph.bodies):
         if body == 0 or not (few or body == platform):
             continue
         own = [p for p in drawing.pieces if p.body == body and p.joint is None]
@@ -121,7 +121,7 @@ def _names(sheet: Sheet) -> None:
 
 
 def _dimensions(axes: Axes, sheet: Sheet) -> None:
-    """A dimension line for each parameter that is a length to be seen, where there is most room."""
+    """A dimension line for each parameter that is a visible length, where there is most room."""
     used: set[tuple[float, ...]] = set()
     for candidates in lengths(sheet.drawing).values():
         best: tuple[float, FloatArray, FloatArray, Length, tuple[float, ...]] | None = None
@@ -162,7 +162,7 @@ def _dimension(axes: Axes, sheet: Sheet, ends: FloatArray, line: FloatArray, nam
 
 
 def _letter(axes: Axes, sheet: Sheet) -> None:
-    size = 8.0 if len(sheet.drawing.layout.graph.joints) <= MANY else 6.5
+    size = 8.0 if len(sheet.drawing.arrangement.graph.joints) <= MANY else 6.5
     labels = [label if label.size else label._replace(size=size) for label in sheet.labels]
     for label, at in placed(labels, sheet.taken, (WIDTH, sheet.height)):
         if np.linalg.norm(at - label.at) > label.clear + 16:

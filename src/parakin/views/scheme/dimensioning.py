@@ -1,8 +1,7 @@
-"""Dimensions of a mechanism: its parameters with units, and which lengths they are in a drawing."""
+"""Dimensions of a mechanism: its parameters with units, and the lengths they are in a drawing."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from itertools import combinations
 from typing import NamedTuple
@@ -16,13 +15,14 @@ from parakin.model.expressions import ANGLE, LENGTH, Parameters
 from parakin.model.graph import Graph
 from parakin.model.mechanism import Mechanism
 from parakin.views.solids.drawing import Drawing
+from parakin.views.units import DEGREES, MILLIMETRES
 
-_STEP = 1.0 / 64.0  # relative: by how much a parameter is changed to see which lengths follow
+_STEP = 1.0 / 64.0  # relative change of a parameter, to see which lengths follow
 _EQUAL = 1e-9
 
 
 class Length(NamedTuple):
-    """A parameter's length between two places (3,), at home."""
+    """A parameter's length between two points (3,), at home."""
 
     name: str
     start: FloatArray
@@ -30,35 +30,35 @@ class Length(NamedTuple):
 
 
 class Parameter(NamedTuple):
-    """A parameter as it is told: its value with a unit, and what its file says."""
+    """A parameter: its value with a unit, and the text in the file."""
 
     name: str
     value: str
-    said: str
+    as_given: str
 
 
 def parameters(mechanism: Mechanism) -> list[Parameter]:
-    """The mechanism's parameters in millimetres and degrees; bare numbers as they are."""
+    """The mechanism's parameters in millimetres and degrees; plain numbers without a unit."""
     known = Parameters(mechanism.parameters, mechanism.where)
-    told = []
+    rows = []
     for name, value in known.all().items():
         dimension = known.dimension(name)
         shown = f"{value:z.6g}"
         if dimension == LENGTH:
-            shown = f"{1e3 * value:z.6g} mm"
+            shown = MILLIMETRES.typeset(value, ".6g")
         elif dimension == ANGLE:
-            shown = f"{math.degrees(value):z.6g}°"
-        told.append(Parameter(name, shown, str(mechanism.parameters[name])))
-    return told
+            shown = DEGREES.typeset(value, ".6g")
+        rows.append(Parameter(name, shown, str(mechanism.parameters[name])))
+    return rows
 
 
 def lengths(drawing: Drawing) -> dict[str, list[Length]]:
-    """By parameter, the pairs of places on one body, or the ends of a rod, that are apart by it.
+    """By parameter, the pairs of points that it is the distance of: on one body, or the ends of a
+    rod.
 
-    A pair counts whose distance also follows a change of the parameter: others are equal by
-    chance.
+    The distance must also follow when the parameter changes, lest it be equal by chance.
     """
-    graph = drawing.layout.graph
+    graph = drawing.arrangement.graph
     pairs = list(_pairs(graph))
     apart = np.array([_distance(graph, pair) for pair in pairs])
     found: dict[str, list[Length]] = {}
@@ -68,7 +68,7 @@ def lengths(drawing: Drawing) -> dict[str, list[Length]]:
             continue
         try:
             other = graph_of(graph.mechanism.with_parameters({name: (1 + _STEP) * value}))
-        except InputError:  # too long for another part of the file
+        except InputError:  # the changed value contradicts another part of the file
             continue
         follows = [
             pairs[i]
@@ -77,14 +77,16 @@ def lengths(drawing: Drawing) -> dict[str, list[Length]]:
         ]
         if follows:
             found[name] = [
-                Length(name, *(drawing.layout.world(p.body, _place(graph, p))[0] for p in pair))
+                Length(
+                    name, *(drawing.arrangement.world(p.body, _place(graph, p))[0] for p in pair)
+                )
                 for pair in follows
             ]
     return found
 
 
 class _Place(NamedTuple):
-    """Of a joint's frame, of a named point or, with neither, the origin, on a body."""
+    """The place of a joint or of a named point on a body or, with neither, its origin."""
 
     body: int
     joint: int | None = None

@@ -1,4 +1,4 @@
-"""Labels on a sheet: placed one after another where they cover least. Points throughout."""
+"""Labels on a sheet, placed one after another where they cover least. All lengths in points."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from parakin.arrays import FloatArray
 
-_EVERY = 3.0  # along a line: how densely it stands in the way
+_EVERY = 3.0  # between the places along a line
 _WAYS = 16
 _FURTHER = (0.0, 4.0, 9.0, 16.0, 26.0)
 _WIDE, _HIGH = 0.62, 1.15  # of a letter, of its size
@@ -19,7 +19,7 @@ _ON_LABEL, _ON_LINE, _FAR, _OUTSIDE = 3.0, 1.0, 0.16, 50.0
 
 
 class Label(NamedTuple):
-    """A text beside a place; `clear` of it by so much; `first` is placed before others."""
+    """A text next to a place, at a distance `clear`; those with `first` are placed first."""
 
     text: str
     at: FloatArray
@@ -33,17 +33,17 @@ class Label(NamedTuple):
 
 @dataclass
 class Obstacles:
-    """What is on the sheet already: places (n, 2) along its lines."""
+    """What is already on the sheet: places (n, 2) along its lines."""
 
     places: list[FloatArray] = field(default_factory=list)
 
     def line(self, points: FloatArray, *, closed: bool = False) -> None:
-        """Let a chain of points stand in the way."""
+        """Add a chain of points."""
         chain = np.concatenate([points, points[:1]]) if closed else points
         self.places += [_along(a, b) for a, b in pairwise(chain)]
 
     def crossed(self, ends: FloatArray) -> float:
-        """How many places a line between two ends comes near."""
+        """The number of places near a line between two ends."""
         away = np.concatenate([*self.places, np.empty((0, 2))]) - ends[0]
         along = ends[1] - ends[0]
         t = np.clip(away @ along / max(float(along @ along), 1e-9), 0, 1)
@@ -52,14 +52,14 @@ class Obstacles:
 
 
 def width_of(text: str, size: float) -> float:
-    """About how wide a text is."""
+    """The approximate width of a text."""
     return _WIDE * size * len(text)
 
 
 def placed(
     labels: Sequence[Label], taken: Obstacles, sheet: tuple[float, float]
 ) -> list[tuple[Label, FloatArray]]:
-    """The middle of each label, chosen greedily among places around what it belongs to."""
+    """The centre of each label, chosen greedily among places around what it labels."""
     every = np.concatenate([*taken.places, np.empty((0, 2))])
     lows, highs = np.empty((0, 2)), np.empty((0, 2))  # of the labels placed so far
     found = []
@@ -80,14 +80,14 @@ def placed(
 
 
 def _candidates(label: Label, half: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Places (n, 2) for a label's middle, right above first, then around; how far out each is."""
+    """Places (n, 2) for a label's centre, all around, and how far out each is."""
     turns = np.pi / 4 + 2 * np.pi * np.arange(_WAYS) / _WAYS
     ways = np.column_stack([np.cos(turns), np.sin(turns)])
-    sides = ways / np.abs(ways).max(axis=1)[:, None]  # where a box touches: beside or above it
+    sides = ways / np.abs(ways).max(axis=1)[:, None]  # where a box touches
     reaches = label.clear + np.array(_FURTHER)
     spots = label.at + (reaches[:, None, None] * ways + half * sides).reshape(-1, 2)
     far = np.repeat(_FURTHER, _WAYS)
-    if label.clear == 0:  # then it may stand on the place itself
+    if label.clear == 0:  # it may also cover its place
         return np.vstack([label.at, spots]), np.concatenate([[0.0], far])
     return spots, far
 

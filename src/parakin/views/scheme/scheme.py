@@ -1,7 +1,7 @@
 """The kinematic scheme of a mechanism at home: ISO 3952 symbols, names, frames and dimensions.
 
 Everything is laid out on a sheet in points before anything is drawn, so that symbols, arrows and
-lettering keep their size whatever the mechanism's, and labels can make way for one another.
+lettering have the same size for every mechanism, and labels can avoid one another.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import textwrap
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from parakin.model.graph import Graph
+from parakin.model.joints import GraphJoint
 
 SUFFIXES = (".svg", ".pdf", ".png")
 _ROW = 11.0  # of the table of parameters
@@ -134,7 +135,7 @@ def _skeleton(axes: Axes, sheet: Sheet) -> None:
             draw_line(axes, points, 0.8, FIXED, 0.6, "--")
         else:
             draw_line(axes, points, 1.9, INK, 2)
-    for body, p in sheet.drawing.layout.graph.points.values():
+    for body, p in sheet.drawing.arrangement.graph.points.values():
         _point_line(axes, sheet, body, sheet.at(body, np.array(p, dtype=float))[0])
     for rod in sheet.drawing.rods:
         start, end = sheet.at(rod.parent, rod.start), sheet.at(rod.child, rod.end)
@@ -144,7 +145,7 @@ def _skeleton(axes: Axes, sheet: Sheet) -> None:
 
 
 def _point_line(axes: Axes, sheet: Sheet, body: int, at: FloatArray) -> None:
-    """A thin triangle from a link to a point beside it, such as a coupler's."""
+    """A thin triangle from a link to a point off its line, such as a coupler's."""
     own = [p for p in sheet.drawing.pieces if p.body == body and p.joint is None]
     if (
         body == 0
@@ -163,69 +164,98 @@ def _point_line(axes: Axes, sheet: Sheet, body: int, at: FloatArray) -> None:
 # ---- joints
 
 
+class _Symbol(NamedTuple):
+    """A joint's symbol at a point of the sheet: filled strokes, and lines on top of them. `half`:
+    the half length of a slide [pt].
+    """
+
+    at: FloatArray
+    strokes: list[Stroke]
+    lines: list[Stroke]
+    half: float = 0.0
+
+
 def _joint(axes: Axes, sheet: Sheet, number: int) -> None:
-    """The symbol of a joint, its first stroke named after its kind and number in the drawing."""
-    graph, sight, s = sheet.drawing.layout.graph, sheet.sight, sheet.s
-    joint = graph.joints[number]
+    """The symbol of a joint; its first stroke has the joint's kind and number as its id."""
+    joint = sheet.drawing.arrangement.graph.joints[number]
     pieces = [p for p in sheet.drawing.pieces if p.joint == number]
     if joint.name == "platform" or not pieces:
         return
     if joint.kind == "rod":
         _rod(axes, sheet, number)
         return
-    place = sheet.drawing.layout.world(pieces[0].body, outline_of(pieces[0])).mean(axis=0)
-    at, axis = sheet.flat(place)[0], sheet.drawing.layout.axis(joint)
+    slides = joint.kind in SLIDES
+    place = sheet.drawing.arrangement.world(pieces[0].body, outline_of(pieces[0])).mean(axis=0)
     child = _away(sheet.drawing, joint.child, place)
-    strokes: list[Stroke] = []
-    half = 1.9 * s
-    if joint.kind == "revolute":
-        strokes = symbols.sleeve(sight, at, axis, 1.25 * s, 0.85 * s)
-        extra = symbols.axis_line(sight, at, axis, 2.6 * s)
-    elif joint.kind == "universal":
-        second = sheet.drawing.layout.poses[joint.child][0] @ np.array(joint.M.R, dtype=float)[:, 2]
-        strokes, extra = symbols.cross(sight, at, (axis, second), child, s), []
-    elif joint.kind == "spherical":
-        strokes, extra = symbols.ball(at, sight.flat(child), s), []
-    elif joint.kind == "planar":
-        strokes, extra = symbols.plates(sight, at, axis, s), []
+    if slides:
+        symbol = _slide(axes, sheet, joint, place, [p for p in pieces if p.part == "cylinder"])
     else:
-        tubes = [p for p in pieces if p.part == "cylinder"]
-        r = 1.05 * s
-        if tubes:
-            ends = sheet.at(tubes[0].body, outline_of(tubes[0]))
-            draw_line(axes, ends, 1.9, INK, 2)
-            half = _half_length(sheet, tubes[0])
-            gap = min(2.4 * s / (2 * half), 0.4)  # the joint at its end stays to be seen
-            at, half = ends.mean(axis=0) + gap / 2 * (ends[1] - ends[0]), half * (1 - gap)
-            r = 0.65 * s
-        turns = joint.kind != "prismatic"
-        sleeve = symbols.sleeve if turns or tubes else symbols.box
-        strokes, extra = sleeve(sight, at, axis, half, r), []
-        if joint.kind == "helical":
-            extra = symbols.thread(sight, at, axis, min(half, 1.5 * s), r)
-        elif turns:
-            extra = symbols.axis_line(sight, at, axis, half + 1.5 * s)
-            extra += symbols.sleeve(sight, at, axis, 0.35 * s, 1.35 * r)
-    if 0 in (joint.parent, joint.child) and joint.kind not in SLIDES:
-        way = sight.flat(child if joint.parent == 0 else -child)
-        down = np.array([0.0, 1.0 if way[1] < -0.35 * np.linalg.norm(way) else -1.0])
-        bracket, hatching = symbols.ground(at, down, s)
-        for stroke in (*bracket, *hatching):
-            draw_stroke(axes, stroke, INK, "white", 2.5, width=0.8)
-            sheet.taken.line(stroke.points)
+        symbol = _turn(sheet, joint, place, child)
+        if 0 in (joint.parent, joint.child):
+            _ground(axes, sheet, symbol.at, child if joint.parent == 0 else -child)
     name, fill = f"{joint.kind}-{number}", _FILL["driven" if joint.actuated else "passive"]
-    slides = joint.kind in SLIDES  # what turns on them is drawn above
-    order = (2.6 if slides else 3.2) + 0.2 * _depth(sheet, place)
-    for k, stroke in enumerate(strokes):
+    order = (2.6 if slides else 3.2) + 0.2 * _depth(sheet, place)  # what turns lies on what slides
+    for k, stroke in enumerate(symbol.strokes):
         draw_stroke(axes, stroke, INK, fill, order + 1e-3 * k, "" if k else name)
         sheet.taken.line(stroke.points)
-    for stroke in extra:
+    for stroke in symbol.lines:
         draw_stroke(axes, stroke, INK, fill, order + 1e-2)
         sheet.taken.line(stroke.points)
     if joint.actuated:
-        _drive(axes, sheet, number, at, axis, half)
+        _drive(axes, sheet, number, symbol)
     colour = DRIVEN if joint.actuated else INK
-    sheet.labels.append(Label(joint.name, at, 1.6 * s, colour, weight="bold"))
+    sheet.labels.append(Label(joint.name, symbol.at, 1.6 * sheet.s, colour, weight="bold"))
+
+
+def _turn(sheet: Sheet, joint: GraphJoint, place: FloatArray, child: FloatArray) -> _Symbol:
+    """The symbol of a joint that does not slide along its axis; child: towards that body."""
+    sight, s, at = sheet.sight, sheet.s, sheet.flat(place)[0]
+    axis = sheet.drawing.arrangement.axis(joint)
+    if joint.kind == "revolute":
+        strokes = symbols.sleeve(sight, at, axis, 1.25 * s, 0.85 * s)
+        return _Symbol(at, strokes, symbols.axis_line(sight, at, axis, 2.6 * s))
+    if joint.kind == "universal":
+        R = sheet.drawing.arrangement.poses[joint.child][0]
+        second = R @ np.array(joint.M.R, dtype=float)[:, 2]
+        return _Symbol(at, symbols.cross(sight, at, (axis, second), child, s), [])
+    if joint.kind == "spherical":
+        return _Symbol(at, symbols.ball(at, sight.flat(child), s), [])
+    return _Symbol(at, symbols.plates(sight, at, axis, s), [])
+
+
+def _slide(
+    axes: Axes, sheet: Sheet, joint: GraphJoint, place: FloatArray, tubes: Sequence[Piece]
+) -> _Symbol:
+    """The symbol of a joint that slides along its axis, as long as its tube if it has one."""
+    sight, s, at = sheet.sight, sheet.s, sheet.flat(place)[0]
+    axis = sheet.drawing.arrangement.axis(joint)
+    half, r = 1.9 * s, 1.05 * s
+    if tubes:
+        ends = sheet.at(tubes[0].body, outline_of(tubes[0]))
+        draw_line(axes, ends, 1.9, INK, 2)
+        half = _half_length(sheet, tubes[0])
+        gap = min(2.4 * s / (2 * half), 0.4)  # so that the joint at its end can be seen
+        at, half = ends.mean(axis=0) + gap / 2 * (ends[1] - ends[0]), half * (1 - gap)
+        r = 0.65 * s
+    turns = joint.kind != "prismatic"
+    sleeve = symbols.sleeve if turns or tubes else symbols.box
+    lines: list[Stroke] = []
+    if joint.kind == "helical":
+        lines = symbols.thread(sight, at, axis, min(half, 1.5 * s), r)
+    elif turns:
+        lines = symbols.axis_line(sight, at, axis, half + 1.5 * s)
+        lines += symbols.sleeve(sight, at, axis, 0.35 * s, 1.35 * r)
+    return _Symbol(at, sleeve(sight, at, axis, half, r), lines, half)
+
+
+def _ground(axes: Axes, sheet: Sheet, at: FloatArray, away: FloatArray) -> None:
+    """The fixed link at a joint, below it unless the mechanism is there; away: towards it."""
+    way = sheet.sight.flat(away)
+    down = np.array([0.0, 1.0 if way[1] < -0.35 * np.linalg.norm(way) else -1.0])
+    bracket, hatching = symbols.ground(at, down, sheet.s)
+    for stroke in (*bracket, *hatching):
+        draw_stroke(axes, stroke, INK, "white", 2.5, width=0.8)
+        sheet.taken.line(stroke.points)
 
 
 def _rod(axes: Axes, sheet: Sheet, number: int) -> None:
@@ -236,15 +266,15 @@ def _rod(axes: Axes, sheet: Sheet, number: int) -> None:
         for j, stroke in enumerate(symbols.ball(at, way, r)):
             draw_stroke(axes, stroke, INK, "white", 3.2, "" if j or k else name, 0.9)
             sheet.taken.line(stroke.points)
-    text = sheet.drawing.layout.graph.joints[number].name
+    text = sheet.drawing.arrangement.graph.joints[number].name
     sheet.labels.append(Label(text, (start + end) / 2, 4.0, INK))
 
 
 def _away(drawing: Drawing, body: int, place: FloatArray) -> FloatArray:
-    """From a joint's place towards the rest of a body."""
-    own = [drawing.layout.world(body, outline_of(p)) for p in drawing.pieces if p.body == body]
+    """The vector from a joint's place to the middle of a body."""
+    own = [drawing.arrangement.world(body, outline_of(p)) for p in drawing.pieces if p.body == body]
     own += [
-        drawing.layout.world(body, r.end if r.child == body else r.start)
+        drawing.arrangement.world(body, r.end if r.child == body else r.start)
         for r in drawing.rods
         if body in (r.parent, r.child)
     ]
@@ -262,11 +292,10 @@ def _depth(sheet: Sheet, place: FloatArray) -> float:
     return float(np.clip((place - view.middle) @ sheet.sight.eye / max(view.span, 1e-12), -1, 1))
 
 
-def _drive(
-    axes: Axes, sheet: Sheet, number: int, at: FloatArray, axis: FloatArray, half: float
-) -> None:
-    """The arrow of a driven joint: straight beside a slide, round about a turn."""
-    joint, s = sheet.drawing.layout.graph.joints[number], sheet.s
+def _drive(axes: Axes, sheet: Sheet, number: int, symbol: _Symbol) -> None:
+    """The arrow of a driven joint: straight along a slide, curved about a hinge."""
+    joint, s, at = sheet.drawing.arrangement.graph.joints[number], sheet.s, symbol.at
+    axis = sheet.drawing.arrangement.axis(joint)
     if joint.kind in SLIDES:
         along = sheet.sight.flat(axis)
         size = float(np.linalg.norm(along))
@@ -274,7 +303,7 @@ def _drive(
             return
         u = along / size
         n = np.array([-u[1], u[0]])
-        reach = max(2.2 * s, 0.5 * half) * size
+        reach = max(2.2 * s, 0.5 * symbol.half) * size
         points = at + 2.0 * s * n + np.linspace(-reach, reach, 7)[:, None] * u
     else:
         points = symbols.ring(sheet.sight, at, axis, 2.3 * s)

@@ -1,6 +1,6 @@
-"""The sheet that a scheme is drawn on, in points: where places come to lie, and lines and text.
+"""The sheet that a scheme is drawn on, in points: projection, lines and text.
 
-Symbols, arrows and lettering keep their size whatever the mechanism's.
+Symbols, arrows and lettering have the same size for every mechanism.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ INK, DRIVEN, FIXED, PLATFORM, MEASURE = "black", "#d2691e", "0.45", "#2a7fb8", "
 
 @dataclass
 class Sheet:
-    """Where places of a mechanism come on the paper, and what stands there already.
+    """The projection of a mechanism onto paper, and what is already there.
 
-    `scale` [pt/m]; `height` [pt]; `s` is the size of symbols [pt].
+    `scale` [pt/m]; `corner`, `height` [pt]; `s`: size of symbols [pt].
     """
 
     drawing: Drawing
@@ -52,43 +52,44 @@ class Sheet:
 
     @classmethod
     def of(cls, drawing: Drawing) -> Sheet:
-        """A sheet on which the whole mechanism has room, with a margin for labels."""
+        """A sheet with room for the whole mechanism, and a margin for labels."""
         sight = sight_of(drawing)
         forms = [(p.body, outline_of(p)) for p in drawing.pieces]
-        places = [drawing.layout.world(body, points) for body, points in forms]
+        places = [drawing.arrangement.world(body, points) for body, points in forms]
         places += [
-            drawing.layout.world(b, np.array(p)) for b, p in drawing.layout.graph.points.values()
+            drawing.arrangement.world(b, np.array(p))
+            for b, p in drawing.arrangement.graph.points.values()
         ]
         places += (
-            [drawing.layout.world(0, np.zeros(3))]
-            if drawing.layout.graph.platform is not None
+            [drawing.arrangement.world(0, np.zeros(3))]
+            if drawing.arrangement.graph.platform is not None
             else []
         )
         flat = sight.flat(np.concatenate(places or [np.zeros((1, 3))]))
         low, high = flat.min(axis=0), flat.max(axis=0)
-        span = np.maximum(high - low, 0.05 * drawing.layout.size)
+        span = np.maximum(high - low, 0.05 * drawing.arrangement.size)
         scale = float(min((np.array([WIDTH, TALLEST]) - 2 * _MARGIN) / span))
         height = float(scale * span[1]) + 2 * _MARGIN
         corner = np.array([WIDTH, height]) / 2 - scale * (low + high) / 2
-        s = _SYMBOL if len(drawing.layout.graph.joints) <= MANY else _SMALL
+        s = _SYMBOL if len(drawing.arrangement.graph.joints) <= MANY else _SMALL
         return cls(drawing, sight, scale, corner, height, s)
 
     def at(self, body: int, points: FloatArray) -> FloatArray:
-        """Places (n, 3) on a body [m], on the sheet (n, 2) [pt]."""
-        return self.flat(self.drawing.layout.world(body, points))
+        """Points (n, 3) of a body [m], on the sheet (n, 2) [pt]."""
+        return self.flat(self.drawing.arrangement.world(body, points))
 
     def flat(self, places: FloatArray) -> FloatArray:
-        """Places (n, 3) at home [m], on the sheet (n, 2) [pt]."""
+        """Points (n, 3) in the world [m], on the sheet (n, 2) [pt]."""
         return self.scale * self.sight.flat(np.atleast_2d(places)) + self.corner
 
     def holds(self, at: FloatArray) -> bool:
-        """Whether a place (2,) is on the sheet."""
+        """Whether a point (2,) is on the sheet."""
         return bool((at > 4).all() and at[0] < WIDTH - 4 and at[1] < self.height - 4)
 
 
 def sight_of(drawing: Drawing) -> Sight:
-    """Along the common axis of a planar mechanism, else as other pictures of it are seen."""
-    up, eye, axis = drawing.view.up, drawing.view.eye, drawing.layout.plane_axis
+    """Along the common axis of a planar mechanism, otherwise as in other pictures."""
+    up, eye, axis = drawing.view.up, drawing.view.eye, drawing.arrangement.plane_axis
     if axis is not None:
         eye = axis if axis[int(np.argmax(np.abs(axis)))] > 0 else -axis
         up = up if abs(eye @ up) < 0.5 else np.roll(up, -1)  # seen from above: y up, x right
@@ -115,7 +116,7 @@ def draw_line(
     order: float = 2,
     style: str = "-",
 ) -> None:
-    """A chain of points (n, 2); what has a higher order lies above."""
+    """Draw a chain of points (n, 2); a higher order lies above."""
     axes.plot(
         points[:, 0],
         points[:, 1],
@@ -137,7 +138,7 @@ def draw_stroke(
     name: str = "",
     width: float = 1.0,
 ) -> None:
-    """A stroke of a symbol, in SVG with the id `name`."""
+    """Draw a stroke of a symbol; name: its id in SVG."""
     from matplotlib.patches import Polygon
 
     if stroke.axis:
@@ -167,7 +168,7 @@ def draw_arrow(
     order: float,
     size: float = 6.0,
 ) -> None:
-    """A line that ends in an arrow."""
+    """Draw a line with arrowheads."""
     from matplotlib.patches import FancyArrowPatch
     from matplotlib.path import Path as Line
 
@@ -197,7 +198,7 @@ def write(
     slant: bool = False,
     centred: bool = False,
 ) -> None:
-    """A text as it stands, never as mathtext; one that is centred keeps clear of lines."""
+    """Write a text verbatim, never as mathtext; centred text has a background."""
     axes.text(
         float(at[0]),
         float(at[1]),

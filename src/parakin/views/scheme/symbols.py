@@ -1,7 +1,7 @@
 """Symbols of joints after ISO 3952, as strokes in a picture.
 
-A symbol is made in the joint's own frame and projected, so that it degenerates as on paper: a
-hinge's bush is a rectangle from the side and a circle along its axis. Sizes are in points.
+Symbols are made in the joint's frame and projected, so that they degenerate as on paper: a hinge's
+bush is a rectangle from the side and a circle end on. All lengths in points.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _HALF = np.linspace(0, np.pi, 25)
 
 
 class Stroke(NamedTuple):
-    """A line (n, 2) [pt]; one that is closed hides what lies behind it."""
+    """A line (n, 2) [pt]; a closed one is filled."""
 
     points: FloatArray
     closed: bool = False
@@ -26,7 +26,7 @@ class Stroke(NamedTuple):
 
 
 class Sight(NamedTuple):
-    """From where a joint is seen: unit vectors right and up as rows (2, 3), and to the eye (3,)."""
+    """A direction of view: unit vectors right and up as rows (2, 3), and to the eye (3,)."""
 
     across: FloatArray
     eye: FloatArray
@@ -70,7 +70,7 @@ def box(sight: Sight, at: FloatArray, axis: FloatArray, half: float, r: float) -
 
 
 def axis_line(sight: Sight, at: FloatArray, axis: FloatArray, half: float) -> list[Stroke]:
-    """The centre line of a joint, nothing where it is seen along it."""
+    """The centre line of a joint; nothing if it is seen end on."""
     along = half * sight.flat(axis)
     if np.linalg.norm(along) < 0.2 * half:
         return []
@@ -138,7 +138,7 @@ def ring(sight: Sight, at: FloatArray, axis: FloatArray, r: float) -> FloatArray
 
 
 def ground(at: FloatArray, way: FloatArray, s: float) -> tuple[list[Stroke], list[Stroke]]:
-    """The fixed link at a joint: its bracket, opening `way` (2,), and the hatched line there."""
+    """The fixed link at a joint: a bracket in the direction `way` (2,), and a hatched line."""
     along = np.array([-way[1], way[0]])
     foot = at + 2.6 * s * way
     bracket = np.array([at, foot - 1.3 * s * along, foot + 1.3 * s * along])
@@ -147,7 +147,7 @@ def ground(at: FloatArray, way: FloatArray, s: float) -> tuple[list[Stroke], lis
 
 
 def hatched(line: FloatArray, way: FloatArray, s: float) -> list[Stroke]:
-    """A line (2, 2) that is fixed, hatched on the side that `way` (2,) points to."""
+    """A fixed line (2, 2), hatched on the side that `way` (2,) points to."""
     length = float(np.linalg.norm(line[1] - line[0]))
     along = (line[1] - line[0]) / max(length, 1e-9)
     starts = np.arange(0.5 * s, length + 1e-9, 0.75 * s)
@@ -157,7 +157,7 @@ def hatched(line: FloatArray, way: FloatArray, s: float) -> list[Stroke]:
 
 
 def _directions(sight: Sight, axis: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Along a seen axis, across it, and how far it points to the eye."""
+    """Unit vectors along an axis in the picture and across it, and how far it points to the eye."""
     along = sight.flat(axis)
     size = np.linalg.norm(along)
     u = along / size if size > 1e-6 else np.array([1.0, 0.0])

@@ -1,4 +1,4 @@
-"""A mechanism as solid pieces on its bodies, and how they are painted without a browser.
+"""A mechanism as solids on its bodies, and pictures of these by matplotlib.
 
 Made only from the joints and bodies in the home pose. Knows no time.
 """

@@ -1,7 +1,7 @@
 """Where the joints of a mechanism are drawn on its bodies, at home.
 
-Mostly where its file puts them; but the links of a planar mechanism lie in planes of their own, the
-hinges of a spherical one stand apart from their common centre, and slides have a length.
+Mostly where its file puts them. But links of a planar mechanism lie in parallel planes, hinges of
+a spherical one are moved away from their common centre, and slides have a length.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from parakin.model.joints import GraphJoint
 SLIDES = ("prismatic", "cylindrical", "helical")
 NEAR = 1e-6  # of the mechanism's size: places that coincide
 _STROKE = 0.3  # of a cylinder's length at home, either way, where no limits are given
-_LAYER = 2.6  # radii between the planes of two links of a planar mechanism that meet
+_LAYER = 2.6  # radii between adjacent planes of a planar mechanism
 _THIN = 0.011  # radius of a link, of the mechanism's size
 
 
@@ -35,7 +35,7 @@ class End(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Layout:
+class Arrangement:
     """A mechanism at home. `poses`: R (3, 3) and p (3,) of every body; `q`: all coordinates;
     `size`: of the box about its joints; `radius`: of a link.
     """
@@ -58,17 +58,17 @@ class Layout:
         object.__setattr__(self, "radius", _THIN * self.size)
 
     def world(self, body: int, points: FloatArray) -> FloatArray:
-        """Places (n, 3) on a body, where they are at home."""
+        """Points (n, 3) of a body, in the world at home."""
         R, p = self.poses[body]
         return np.atleast_2d(points) @ R.T + p
 
     def axis(self, joint: GraphJoint) -> FloatArray:
-        """A joint's axis, its first, as it points at home (3,)."""
+        """A joint's first axis in the world at home (3,)."""
         return np.asarray(self.poses[joint.parent][0] @ np.array(joint.F.R, dtype=float)[:, 2])
 
     @cached_property
     def plane_axis(self) -> FloatArray | None:
-        """The direction all turns are about and all slides square to, if there is one."""
+        """The common axis of all hinges, perpendicular to all slides, if there is one."""
         turns, slides = [], []
         for joint in self.graph.joints:
             if joint.kind == "revolute":
@@ -83,8 +83,8 @@ class Layout:
 
     @cached_property
     def layers(self) -> tuple[int, ...]:
-        """Which of parallel planes each body of a planar mechanism is drawn in, the base hindmost:
-        bodies that meet in a hinge pass one another; a cylinder and its piston share a plane.
+        """The plane that each body of a planar mechanism is drawn in, the base at the back: bodies
+        that share a hinge have different planes, a cylinder and its piston the same.
         """
         layers = [0] * len(self.poses)
         if self.plane_axis is None:
@@ -107,7 +107,7 @@ class Layout:
         return tuple(layers[mates.get(body, body)] for body in range(len(layers)))
 
     def shift(self, body: int, layer: int | None = None) -> FloatArray:
-        """From where the file puts things on a body to its plane, or another, in its frame."""
+        """The displacement that brings a body to its plane, or another, in the body's frame."""
         axis = self.plane_axis
         if axis is None:
             return np.zeros(3)
@@ -116,7 +116,7 @@ class Layout:
         return np.asarray(_LAYER * self.radius * height * (self.poses[body][0].T @ toward))
 
     def placed(self, body: int) -> list[End]:
-        """Joints on a body, where the file puts them."""
+        """The joints on a body, where its file puts them."""
         ends = []
         for number, joint in enumerate(self.graph.joints):
             for of, place in ((joint.parent, joint.F), (joint.child, joint.M)):
@@ -126,13 +126,13 @@ class Layout:
 
     @cached_property
     def concurrent(self) -> float:
-        """How far from the centre that axes share they are drawn."""
+        """How far from the common centre of their axes hinges are drawn."""
         points = [self.world(b, e.point) for b in range(len(self.poses)) for e in self.placed(b)]
         alone = np.linalg.norm(np.ptp(np.concatenate(points), axis=0)) < NEAR * self.size
         return (0.4 if alone else 0.07) * self.size
 
     def ends(self, body: int) -> list[End]:
-        """Joints on a body, where they are drawn: apart from a common centre of their axes."""
+        """The joints on a body, where they are drawn."""
         drawn = []
         for end in self.placed(body):
             joint = self.graph.joints[end.joint]
@@ -145,7 +145,7 @@ class Layout:
         return drawn
 
     def is_centred(self, number: int) -> bool:
-        """Whether a hinge's place is that of all joints of one of its bodies, on other axes."""
+        """Whether all hinges of one of a hinge's bodies meet in its point, with different axes."""
         joint = self.graph.joints[number]
         for body in (joint.parent, joint.child):
             ends = self.placed(body)
@@ -156,9 +156,9 @@ class Layout:
                 return True
         return False
 
-    def beside(self, body: int, number: int) -> list[float]:
-        """How far along a slide's axis, from its place on a body, the body's other joints are;
-        empty where one is off the axis.
+    def along_slide(self, body: int, number: int) -> list[float]:
+        """Where the other joints of a body are along the axis of one of its slides, from its
+        place; empty if one of them is off the axis.
         """
         ends = self.placed(body)
         (own,) = (end for end in ends if end.joint == number)
@@ -170,43 +170,43 @@ class Layout:
     def is_cylinder(self, number: int) -> bool:
         """Whether both bodies of a slide lie along it, as a cylinder and its piston do."""
         joint = self.graph.joints[number]
-        both = self.beside(joint.parent, number) and self.beside(joint.child, number)
+        both = self.along_slide(joint.parent, number) and self.along_slide(joint.child, number)
         return bool(both) and joint.parent != 0 and abs(self.length(number)) > 4 * self.radius
 
     def length(self, number: int) -> float:
-        """Of a cylinder with its piston at home, signed along its axis."""
+        """The length of a cylinder with its piston at home, signed along its axis."""
         joint = self.graph.joints[number]
-        far = max(self.beside(joint.child, number), key=abs)
-        near = max(self.beside(joint.parent, number), key=abs)
+        far = max(self.along_slide(joint.child, number), key=abs)
+        near = max(self.along_slide(joint.parent, number), key=abs)
         return self.travel(joint) + far - near
 
     def travel(self, joint: GraphJoint) -> float:
-        """How far a slide is out at home [m], as the joint counts."""
+        """The position of a slide at home [m], as its coordinate is counted."""
         k = joint.first + (joint.kind == "cylindrical")
         return float(self.q[k]) * (joint.pairs[0].pitch if joint.kind == "helical" else 1.0)
 
     def stroke(self, number: int) -> tuple[float, float]:
-        """The ends of a slide's travel [m], as the joint counts: limits, or some way from home."""
+        """The ends of a slide's travel [m], counted as its coordinate: limits, or around home."""
         joint = self.graph.joints[number]
         k = joint.first + (joint.kind == "cylindrical")
         home, (low, high) = self.travel(joint), self.graph.coordinates[k].limits
         if np.isfinite(low) and np.isfinite(high) and joint.kind != "helical":
             start = float(self.q[k]) if k in self.graph.from_home else 0.0
             return low + start, high + start
-        both = self.beside(joint.parent, number) and self.beside(joint.child, number)
+        both = self.along_slide(joint.parent, number) and self.along_slide(joint.child, number)
         reach = _STROKE * abs(self.length(number)) if both and joint.parent else 0.18 * self.size
         return home - reach, home + reach
 
 
-def layout_of(graph: Graph, q: FloatArray | None = None) -> Layout:
-    """A mechanism's layout; q: its coordinates at home, if known. Raises AssemblyError."""
+def arrangement_of(graph: Graph, q: FloatArray | None = None) -> Arrangement:
+    """Arrange a mechanism; q: its coordinates at home, if known. Raises AssemblyError."""
     tree = graph.posed_tree()
     home = configure(graph, tree, assembled(graph).q if q is None else q)
     poses = []
     for body in range(len(graph.bodies)):
         pose = home.circuits.pose(body)
         poses.append((np.array(pose.R, dtype=float), np.array(pose.p, dtype=float)))
-    return Layout(graph, tuple(poses), home.q)
+    return Arrangement(graph, tuple(poses), home.q)
 
 
 def point_of(place: Pose) -> FloatArray:

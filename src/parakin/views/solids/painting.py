@@ -1,4 +1,4 @@
-"""A mechanism painted without a browser: its solids, shaded, farthest first, by matplotlib."""
+"""Pictures of a mechanism by matplotlib: its solids, shaded, the farthest first."""
 
 from __future__ import annotations
 
@@ -18,47 +18,49 @@ if TYPE_CHECKING:
 
 _LIGHT = np.array([0.35, 0.55, 0.75])  # right, up, towards the eye
 _AMBIENT = 0.45
-_SIDES = 12  # of what is round: fewer than in a scene that can be zoomed into
-_MARGIN = 0.04  # of the width or height of what is seen
-_LONG = 1 / 12  # of the size: triangles with longer edges are not sorted well by their middles
+_SIDES = 12  # of round solids: fewer than in a scene that one can zoom into
+_MARGIN = 0.04  # of the width or height
+_LONG = 1 / 12  # of the size: longer triangles cannot be sorted by their centres
 
 
 @dataclass(frozen=True)
 class Painter:
-    """A drawing's triangles, ready to be seen at any pose.
+    """A drawing's triangles, ready to be painted at any pose.
 
-    Each triangle `bodies` (m,) belongs to a body, or, numbered after these, to a rod.
+    `bodies` (m,): the body of each triangle; rods are numbered after the bodies.
     """
 
     drawing: Drawing
     triangles: FloatArray  # (m, 3, 3), in their body's frame
     bodies: IntArray
     colours: FloatArray  # (m, 3)
-    behind: FloatArray  # (m,), how much farther than it is each is taken to be
+    behind: FloatArray  # (m,) [m], added to the depth that triangles are sorted by
 
     @classmethod
     def of(cls, drawing: Drawing) -> Painter:
         """The painter of a drawing."""
         triangles, bodies, colours, behind = [], [], [], []
-        # A piston is hidden by its tube, whose wall is nearer than the middles of triangles tell;
-        # a plate does not hide, in rags, what lies in it.
+        # By the centres of triangles alone, a piston would show through its tube, and a plate
+        # would cover parts of what lies in it.
         plates = {id(p.form): 3.0 for p in drawing.pieces if isinstance(p.form, Plate)}
         farther = plates | {id(p.form): 2.0 for p in drawing.pieces if p.part == "piston"}
         pieces: list[tuple[int, Form, tuple[int, int, int]]] = [
             (p.body, p.form, drawing.colour(p)) for p in drawing.pieces
         ]
         for k, rod in enumerate(drawing.rods):
-            R, p = drawing.layout.poses[rod.parent]
-            there = drawing.layout.world(rod.child, rod.end)[0]
+            R, p = drawing.arrangement.poses[rod.parent]
+            there = drawing.arrangement.world(rod.child, rod.end)[0]
             along = float(np.linalg.norm(there - (R @ rod.start + p)))
             bar = Bar(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, along]]), rod.radius)
-            pieces.append((len(drawing.layout.poses) + k, bar, (150, 158, 168)))
+            pieces.append((len(drawing.arrangement.poses) + k, bar, (150, 158, 168)))
         for body, form, colour in pieces:
             solid = mesh(form, _SIDES)
-            small = _divided(solid.vertices[solid.faces], _LONG * drawing.layout.size)
+            small = _divided(solid.vertices[solid.faces], _LONG * drawing.arrangement.size)
             triangles.append(small)
             bodies.append(np.full(len(small), body))
-            behind.append(np.full(len(small), drawing.layout.radius * farther.get(id(form), 0.0)))
+            behind.append(
+                np.full(len(small), drawing.arrangement.radius * farther.get(id(form), 0.0))
+            )
             colours.append(np.tile(np.array(colour) / 255, (len(small), 1)))
         return cls(
             drawing,
@@ -87,11 +89,11 @@ class Painter:
         return np.asarray(turned_triangles + p[self.bodies][:, None])
 
     def seen(self, places: FloatArray) -> FloatArray:
-        """Places in the world (n, 3) in the picture (n, 2)."""
+        """Points in the world (n, 3), in the picture (n, 2)."""
         return np.asarray((places - self.drawing.view.middle) @ self.frame()[:2].T)
 
     def window(self, R: FloatArray, p: FloatArray) -> FloatArray:
-        """What is seen over poses (n, bodies, ...): left, right, bottom and top, with a margin."""
+        """The bounds over poses (n, bodies, ...): left, right, bottom and top, with a margin."""
         seen = [self.corners(*pose)[:, :, :2].reshape(-1, 2) for pose in zip(R, p, strict=True)]
         low = np.min([corners.min(axis=0) for corners in seen], axis=0)
         high = np.max([corners.max(axis=0) for corners in seen], axis=0)
@@ -99,8 +101,8 @@ class Painter:
         return np.column_stack([low - margin, high + margin]).ravel()
 
     def polygons(self, R: FloatArray, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """What is seen with bodies at R (bodies, 3, 3) and p (bodies, 3): triangles (m, 3, 2) in
-        the picture, farthest first, and their colours (m, 3).
+        """The visible triangles (m, 3, 2) with bodies at R (bodies, 3, 3) and p (bodies, 3),
+        farthest first, and their colours (m, 3).
         """
         corners = self.corners(R, p)
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -129,12 +131,12 @@ class Painter:
 
 
 def picture(drawing: Drawing) -> Figure:
-    """A mechanism at home, to be saved."""
+    """A figure of a mechanism at home."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(5, 5), layout="constrained")
-    R = np.array([pose[0] for pose in drawing.layout.poses])
-    p = np.array([pose[1] for pose in drawing.layout.poses])
+    R = np.array([pose[0] for pose in drawing.arrangement.poses])
+    p = np.array([pose[1] for pose in drawing.arrangement.poses])
     Painter.of(drawing).paint(figure.subplots(), R, p)
     return figure
 

@@ -1,6 +1,6 @@
-"""Solids that pictures are made of: bars, balls, blocks and plates, as triangles.
+"""The solids that pictures are made of: bars, balls, blocks and plates, as triangles.
 
-A form is told in the frame of the body that carries it; `mesh` gives its triangles there.
+Forms are in the frame of their body; `mesh` gives their triangles in the same frame.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from parakin.arrays import FloatArray, IntArray
 
 _SIDES = 20
 _SAME = 1e-9  # of their distance from the origin: points that coincide
-_FLAT = 1e-6  # of the largest extent: how thin a cloud of points is still flat
+_FLAT = 1e-6  # of the largest extent: a thinner cloud of points is flat
 
 
 class Mesh(NamedTuple):
@@ -36,7 +36,7 @@ class Bar:
 
 @dataclass(frozen=True)
 class Ball:
-    """A ball about a point (3,)."""
+    """A ball."""
 
     centre: FloatArray
     radius: float
@@ -63,7 +63,7 @@ Form = Bar | Ball | Block | Plate | Mesh
 
 
 def mesh(form: Form, sides: int = _SIDES) -> Mesh:
-    """The triangles of a form; what is round gets so many sides."""
+    """The triangles of a form; sides: of what is round."""
     if isinstance(form, Mesh):
         return form
     if isinstance(form, Bar):
@@ -85,7 +85,7 @@ def joined(meshes: list[Mesh]) -> Mesh:
 
 
 def hull(points: FloatArray) -> Mesh:
-    """The convex hull of points that do not lie in a plane, each face with corners of its own."""
+    """The convex hull of points that do not lie in a plane; faces share no corners."""
     from scipy.spatial import ConvexHull
 
     found = ConvexHull(points)
@@ -118,7 +118,7 @@ def outline(points: FloatArray) -> FloatArray:
 
 
 def perpendicular(axis: FloatArray) -> FloatArray:
-    """A unit vector square to a unit vector."""
+    """A unit vector perpendicular to another."""
     other = np.eye(3)[int(np.argmin(np.abs(axis)))]
     across = np.cross(axis, other)
     return np.asarray(across / np.linalg.norm(across))
@@ -130,7 +130,7 @@ def _steps(points: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
 
 
 def _round(a: FloatArray, b: FloatArray, radius: float, sides: int) -> Mesh:
-    """A cylinder with flat ends, which have corners of their own so that edges stay sharp."""
+    """A cylinder; its ends share no corners with the walls, so that edges stay sharp."""
     length = float(np.linalg.norm(b - a))
     axis = (b - a) / length if length else np.array([0.0, 0.0, 1.0])
     x = perpendicular(axis)

@@ -1,20 +1,21 @@
-"""Curves of a page: each coordinate over time with its extremes marked, as SVG within HTML."""
+"""The curves of a report: each coordinate over time with its extremes marked, as inline SVG."""
 
 from __future__ import annotations
 
 import io
-import itertools
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from parakin.analysis.singularities import Closeness
-from parakin.arrays import ORDERS, FloatArray, IntArray
+from parakin.arrays import ORDERS, FloatArray
 from parakin.solving.status import Status
+from parakin.views.extremes import Extremes
 from parakin.views.scheme.sheet import STYLE
+from parakin.views.thinning import thinned
+from parakin.views.units import PER_TIME, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,67 +24,19 @@ if TYPE_CHECKING:
 
     from parakin.motion.motion import Motion
 
-_BUCKETS = 400  # of a curve, each with its least and its greatest sample
-_LAWS = 8000  # samples of a law that are looked at
+_BUCKETS = 400  # of a thinned curve
+_LAWS = 8000  # samples of a prescribed motion
 _WIDTH = 7.2  # inches
-_OVER = ("", "/s", "/s²")
 _CURVE, _MARK, _LIMIT, _FLAG = "#0072B2", "#111111", "#b3121d", "#b3121d"
 
 
-@dataclass
-class Peaks:
-    """Extremes of position, velocity and acceleration (3, n), and their times [s]; SI.
-
-    Running ones, over the windows of a result; NaN where nothing is solved.
-    """
-
-    coordinates: Sequence[str]
-    low: FloatArray
-    high: FloatArray
-    low_time: FloatArray
-    high_time: FloatArray
-
-    def speed(self, order: int, k: int) -> tuple[float, float]:
-        """The largest magnitude, of either sign, and its time."""
-        low, high = float(self.low[order, k]), float(self.high[order, k])
-        if abs(low) > abs(high):
-            return abs(low), float(self.low_time[order, k])
-        return abs(high), float(self.high_time[order, k])
-
-
-def peaks(ds: xr.Dataset, before: Peaks | None = None) -> Peaks:
-    """The extremes of one more window."""
-    shape = (3, ds.sizes["coordinate"])
-    found = before or Peaks(
-        ds["coordinate"].values.tolist(), *(np.full(shape, np.nan) for _ in range(4))
-    )
-    time = ds["time"].values
-    for k, order in enumerate(ORDERS[:3]):
-        values = ds[order].values
-        for best, times, sign in (
-            (found.low, found.low_time, 1.0),
-            (found.high, found.high_time, -1.0),
-        ):
-            signed = np.where(np.isnan(values), np.inf, sign * values)
-            i = signed.argmin(axis=0)
-            here = signed.min(axis=0)
-            better = np.isfinite(here) & ~(here >= sign * best[k])
-            best[k, better] = sign * here[better]
-            times[k, better] = time[i[better]]
-    return found
-
-
-def scale_of(angle: bool) -> tuple[float, str]:
-    """What a coordinate in SI is multiplied by to be read, and its unit then."""
-    return (float(np.degrees(1.0)), "°") if angle else (1e3, "mm")
-
-
 def coordinate_curves(
-    ds: xr.Dataset, name: str, found: Peaks, limits: tuple[float, float]
+    ds: xr.Dataset, name: str, found: Extremes, limits: tuple[float, float]
 ) -> Figure:
-    """Position, velocity and acceleration of a coordinate side by side, extremes marked."""
+    """Position, velocity and acceleration of a coordinate side by side, with extremes marked."""
     one = ds.sel(coordinate=name)
-    scale, unit = scale_of(str(one["unit"].item()) == "rad")
+    unit = unit_of(str(one["unit"].item()) == "rad")
+    scale = unit.per_si
     figure, panels = _figure(1, 3, 1.55)
     span = (float(ds["time"].values[0]), float(ds["time"].values[-1]))
     k = list(found.coordinates).index(name)
@@ -97,7 +50,9 @@ def coordinate_curves(
                 at, value = float(times[j, k]), scale * float(values[j, k])
                 _mark(axes, at, value, span, above=above)
         axes.margins(y=0.28)
-        axes.set_title(f"{order} [{unit}{_OVER[j]}]", fontsize=7.5, loc="left", pad=3)
+        axes.set_title(
+            f"{order} [{unit.symbol.strip()}{PER_TIME[j]}]", fontsize=7.5, loc="left", pad=3
+        )
         if j == 0:
             _limit_lines(axes, [scale * limit for limit in limits])
         _finish(axes, ds)
@@ -105,7 +60,7 @@ def coordinate_curves(
 
 
 def driven_curves(motion: Motion, angles: Mapping[str, bool]) -> Figure:
-    """The laws of the driven coordinates: their positions, as they are demanded."""
+    """The prescribed positions of the driven coordinates."""
     names = motion.coordinates
     columns = min(3, len(names))
     figure, panels = _figure(-(-len(names) // columns), columns, 1.45)
@@ -115,9 +70,11 @@ def driven_curves(motion: Motion, angles: Mapping[str, bool]) -> Figure:
     time = np.concatenate([part.time for part in parts])
     position = np.concatenate([part.position for part in parts], axis=1)
     for axes, name, row in zip(panels, names, position, strict=False):
-        scale, unit = scale_of(angles[name])
-        _curve(axes, time, scale * row, "#D55E00")
-        axes.set_title(f"{name} [{unit}]", fontsize=7.5, loc="left", pad=3, parse_math=False)
+        unit = unit_of(angles[name])
+        _curve(axes, time, unit.per_si * row, "#D55E00")
+        axes.set_title(
+            f"{name} [{unit.symbol.strip()}]", fontsize=7.5, loc="left", pad=3, parse_math=False
+        )
         axes.margins(y=0.1)
         _finish(axes, None)
     for axes in panels[len(names) :]:
@@ -126,7 +83,7 @@ def driven_curves(motion: Motion, angles: Mapping[str, bool]) -> Figure:
 
 
 def quality_curves(ds: xr.Dataset, found: Closeness | None) -> Figure:
-    """Conditioning and closeness to singularities, 0 to 1, and the residual of the loops."""
+    """Conditioning and closeness to singularities, 0 to 1, and the residual of all loops."""
     figure, (left, right) = _figure(1, 2, 2.0)
     time = ds["time"].values
     _curve(left, time, ds["conditioning"].values, _CURVE, "as driven")
@@ -147,7 +104,7 @@ def quality_curves(ds: xr.Dataset, found: Closeness | None) -> Figure:
 
 
 def inline_svg(figure: Figure, prefix: str, label: str) -> str:
-    """A figure as an <svg> element whose ids begin with `prefix`, for a page with others."""
+    """A figure as an <svg> element; its ids begin with `prefix`, to be unique in a page."""
     import matplotlib as mpl
 
     text = io.StringIO()
@@ -160,22 +117,6 @@ def inline_svg(figure: Figure, prefix: str, label: str) -> str:
     svg = re.sub(r'href="#', f'href="#{prefix}-', svg)
     svg = re.sub(r"url\(#", f"url(#{prefix}-", svg)
     return svg.replace("<svg", f'<svg role="img" aria-label="{label}"', 1).strip()
-
-
-def telling(values: FloatArray, buckets: int = _BUCKETS) -> IntArray:
-    """Which samples of curves (m, n) to draw so that they look the same: of each bucket the least
-    and the greatest of each curve; NaN where there is nothing else, as gaps are to be seen.
-    """
-    count = values.shape[1]
-    if count <= 4 * buckets:
-        return np.arange(count)
-    edges = np.linspace(0, count, buckets + 1).astype(int)
-    kept = {0, count - 1}
-    for start, stop in itertools.pairwise(edges.tolist()):
-        for part in values[:, start:stop]:
-            gap = np.isnan(part).all()
-            kept |= {start} if gap else {start + np.nanargmin(part), start + np.nanargmax(part)}
-    return np.array(sorted(kept), dtype=np.int64)
 
 
 def _figure(rows: int, columns: int, height: float) -> tuple[Figure, list[Axes]]:
@@ -196,15 +137,15 @@ def _curve(
     label: str = "",
     style: str = "-",
 ) -> None:
-    rows = telling(values[None])
+    rows = thinned(values[None], _BUCKETS)
     axes.plot(time[rows], values[rows], color=colour, linewidth=1.1, label=label, linestyle=style)
 
 
 def _mark(axes: Axes, time: float, value: float, span: tuple[float, float], *, above: bool) -> None:
-    """An extreme with its value, beside it where it is near an end of the times."""
+    """An extreme with its value, to its side near an end of the curve."""
     axes.plot([time], [value], "o", color=_MARK, markersize=2.6, zorder=4)
     height = float(np.ptp(axes.dataLim.intervaly))
-    value = value if abs(value) > 1e-9 * height else 0.0  # round-off is not worth a label
+    value = value if abs(value) > 1e-9 * height else 0.0  # round-off is not shown
     along = (time - span[0]) / (span[1] - span[0]) if span[1] > span[0] else 0.5
     side = "left" if along < 0.15 else "right" if along > 0.85 else "center"
     axes.annotate(
@@ -220,7 +161,7 @@ def _mark(axes: Axes, time: float, value: float, span: tuple[float, float], *, a
 
 
 def _limit_lines(axes: Axes, limits: Sequence[float]) -> None:
-    """Limits that come near enough to be seen beside the curve."""
+    """Limits close enough to the curve to be shown."""
     low, high = axes.dataLim.intervaly
     room = max(high - low, 1e-9)
     for limit in limits:

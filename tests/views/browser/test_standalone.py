@@ -1,4 +1,4 @@
-"""A recorded scene plays without a server, and bodies stand in it where the solver says."""
+"""A standalone page plays without a server, with the bodies where the solver puts them."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import pytest
 from browser import chromium, needs_chromium
 
 import parakin
-from parakin.views.browser.recording import recorded
-from parakin.views.browser.repertoire import Repertoire
+from parakin.views.browser.content import Content
+from parakin.views.browser.standalone import standalone_page
 
 _POSITION = "() => window.__viserMutable.nodeRefFromName['/mechanism/coupler'].position.toArray()"
 
 
 @needs_chromium
 def test_a_recording_plays_from_a_file_alone(tmp_path: Path) -> None:
-    repertoire = Repertoire("four-bar")
-    shown = repertoire.load("four-bar")
+    content = Content("four-bar")
+    loaded = content.load("four-bar")
     path = tmp_path / "four-bar.html"
-    path.write_text(recorded(shown, repertoire.play(shown, "turn")), "utf-8")
+    path.write_text(standalone_page(loaded, content.playback(loaded, "turn")), "utf-8")
     ds = parakin.compile("four-bar").solve("turn", bodies=["coupler"])
     with chromium() as browser:
         page = browser.new_page()
@@ -43,7 +43,7 @@ def test_a_recording_plays_from_a_file_alone(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["flight-simulator-upu", "rssr"])
 def test_what_has_rods_or_cannot_move_is_recorded_too(name: str) -> None:
-    repertoire = Repertoire(name)
-    shown = repertoire.load(name)
-    take = repertoire.play(shown, shown.motions[0]) if shown.motions else None
-    assert "__VISER_EMBED_DATA__" in recorded(shown, take)
+    content = Content(name)
+    loaded = content.load(name)
+    playback = content.playback(loaded, loaded.motions[0]) if loaded.motions else None
+    assert "__VISER_EMBED_DATA__" in standalone_page(loaded, playback)

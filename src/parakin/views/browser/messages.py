@@ -1,0 +1,63 @@
+"""The text of a page, as Markdown."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from parakin.solving.modes import Search
+from parakin.solving.status import Status
+from parakin.views.browser.drive import Stop
+
+HOME = "home"  # the branch of home
+
+
+@dataclass(frozen=True)
+class PoseState:
+    """What a page reports about the pose it shows.
+
+    title: the motion and its time, or that the mechanism is driven by hand; stop: why it goes no
+    further; beyond_limits: the joints that exceed their limits, their numbers by name.
+    """
+
+    title: str
+    conditioning: float
+    residual: float
+    stop: Stop | None = None
+    beyond_limits: Mapping[str, int] = field(default_factory=dict)
+    branch: str = HOME
+
+    @property
+    def highlighted(self) -> frozenset[int]:
+        """The joints to highlight, by number."""
+        stopping = frozenset[int]() if self.stop is None else self.stop.joints
+        return stopping | frozenset(self.beyond_limits.values())
+
+
+def pose_message(state: PoseState) -> str:
+    """The lines that are always in view."""
+    stop, limits, status = state.stop, "kept", "converged"
+    if stop is not None:
+        status = f"**stopped: {escaped(stop.words)}**"
+        limits = "reached" if stop.status == Status.LIMIT_EXCEEDED else "kept"
+    if state.beyond_limits:
+        limits = f"exceeded: {escaped(', '.join(state.beyond_limits))}"
+        status = status if stop is not None else "**limit exceeded**"
+    return (
+        f"{escaped(state.title)}  \n{status}  \n"
+        f"conditioning {state.conditioning:.3f} · residual {state.residual:.1e} m  \n"
+        f"limits {limits} · branch {escaped(state.branch)}"
+    )
+
+
+def branch_label(number: int, search: Search) -> str:
+    """The entry of a branch in the list to choose from."""
+    branch = search.modes[number]
+    beyond = f", beyond limits: {', '.join(branch.beyond)}" if branch.beyond else ""
+    return f"{number + 1} of {len(search.modes)}{beyond}"
+
+
+def escaped(text: str) -> str:
+    """Text from a file, escaped so that Markdown shows it verbatim."""
+    return re.sub(r"([!-/:-@\[-`{-~])", r"\\\1", " ".join(text.split()))

@@ -1,0 +1,131 @@
+"""A motion, solved and thinned, ready to be played on a page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from parakin.arrays import ORDERS, BoolArray, FloatArray
+from parakin.errors import InputError
+from parakin.solving.solver import Solver
+from parakin.solving.status import SOLVED, Status
+from parakin.views.browser.drive import Drive, Stop
+from parakin.views.thinning import every, joined
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_SAMPLES = 36_000  # ten minutes at sixty a second: more than a page shows
+_WINDOW = 100_000
+
+
+@dataclass(frozen=True)
+class Playback:
+    """The solved part of a motion.
+
+    `time` (n,); `coordinates`: names, with their positions `q` (n, coordinates); `position`
+    (n, bodies, 3) and `wxyz` (n, bodies, 4) of all bodies but the base; `point` (n, 3): the
+    platform's point, if there is a platform; `actuators`: names, with `units` and `histories`
+    (3, n, actuators) of position, velocity and acceleration; `beyond_limits`: by joint number,
+    when it exceeds its limits (n,); `stop`: why the motion ended early; `note`: that it is
+    thinned.
+    """
+
+    name: str
+    time: FloatArray
+    coordinates: tuple[str, ...]
+    q: FloatArray
+    position: FloatArray
+    wxyz: FloatArray
+    point: FloatArray | None
+    actuators: tuple[str, ...]
+    units: tuple[str, ...]
+    histories: FloatArray
+    conditioning: FloatArray
+    residual: FloatArray
+    beyond_limits: Mapping[int, BoolArray]
+    stop: Stop | None = None
+    note: str = ""
+
+    def index(self, at: float) -> int:
+        """The sample at a time [s], or the next one."""
+        return min(int(np.searchsorted(self.time, at - 1e-9)), len(self.time) - 1)
+
+    def values(self, at: float) -> dict[str, float]:
+        """Position of every coordinate at a time [s]."""
+        return dict(zip(self.coordinates, self.q[self.index(at)].tolist(), strict=True))
+
+
+def playback_of(solver: Solver, name: str) -> Playback:
+    """Solve a motion up to the first sample that fails. Raises InputError."""
+    motion = solver.motion(name)
+    stride = max(1, -(-motion.count // _SAMPLES))
+    windows = enumerate(solver.stream(motion, _WINDOW, bodies=True))
+    ds = joined([every(stride, window, k * _WINDOW) for k, window in windows])
+    solved = np.isin(ds["status"].values, SOLVED)
+    count = len(solved) if solved.all() else int(np.argmin(solved))
+    if count == 0:
+        raise InputError(
+            f"motion {name}",
+            f"its first sample is {Status(int(ds['status'].values[0])).words}",
+            "a motion that starts within reach",
+        )
+    stop = None if count == len(solved) else _stop(solver, ds, count)
+    ds = ds.isel(time=slice(count))
+    names = ds["coordinate"].values.tolist()
+    actuators = ds["coordinate"].values[ds["actuated"].values].tolist() or list(solver.driven)
+    moved = ds.sel(coordinate=actuators)
+    return Playback(
+        name,
+        ds["time"].values,
+        tuple(names),
+        ds["position"].values,
+        ds["body_position"].values,
+        ds["body_orientation"].values,
+        _platform_point(solver, ds),
+        tuple(actuators),
+        tuple(moved["unit"].values.tolist()),
+        np.array([moved[order].values for order in ORDERS[:3]]),
+        ds["conditioning"].values,
+        ds["residual"].values,
+        _beyond_limits(solver, ds),
+        stop,
+        f", one sample in {stride}" if stride > 1 else "",
+    )
+
+
+def _beyond_limits(solver: Solver, ds: xr.Dataset) -> dict[int, BoolArray]:
+    found: dict[int, BoolArray] = {}
+    for k, name in enumerate(ds["coordinate"].values.tolist()):
+        low, high = solver.graph.limits(name)
+        values = ds["position"].values[:, k]
+        outside = (values < low) | (values > high)
+        if outside.any():
+            number = solver.graph.holder(name)
+            found[number] = found.get(number, False) | outside
+    return found
+
+
+def _platform_point(solver: Solver, ds: xr.Dataset) -> FloatArray | None:
+    graph = solver.graph
+    if graph.platform is None:
+        return None
+    numbers = graph.joints[graph.platform].coordinates[:3]
+    place = ds["position"].sel(coordinate=[graph.coordinates[k].name for k in numbers]).values
+    return np.asarray(place + [solver.plan.offset(k) for k in numbers])
+
+
+def _stop(solver: Solver, ds: xr.Dataset, count: int) -> Stop:
+    """Why a motion ended after `count` samples."""
+    status = Status(int(ds["status"].values[count]))
+    names, last = ds["coordinate"].values.tolist(), ds["position"].values[count - 1].tolist()
+    drive = Drive(solver)
+    stop = Stop(status, status.words, frozenset())
+    if drive.start_from(dict(zip(names, last, strict=True))):
+        stop = drive.explain(status)
+    return stop._replace(
+        words=f"ended at {float(ds['time'].values[count - 1]):.4g} s: {stop.words}"
+    )
