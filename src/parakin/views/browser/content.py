@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from parakin.algebra.spatial import as_array
 from parakin.errors import InputError, ParakinError
 from parakin.files.parsing import read_bytes
 from parakin.files.reading import catalogue, load
@@ -129,7 +130,7 @@ class Content:
             at = placement_of(
                 body.mesh.on_body, Parameters(graph.mechanism.parameters, place), place
             )
-            vertices = body.mesh.scale * solid.vertices @ np.array(at.R, dtype=float).T + at.p
+            vertices = body.mesh.scale * solid.vertices @ as_array(at.R).T + as_array(at.p)
             found[body.name] = solid._replace(vertices=vertices)
         if not skipped:
             return found, ""
