@@ -71,7 +71,7 @@ def test_a_branch_is_asked_for_by_name() -> None:
         for name in ("A1", "A2"):
             turned = solver.home[name] - branch.coordinates[name]
             assert np.cos(turned) == pytest.approx(1.0, abs=1e-12)
-    with pytest.raises(parakin.InputError, match="unknown branch 'up'"):
+    with pytest.raises(parakin.InputError, match="unknown assembly mode 'up'"):
         parakin.compile("five-bar", near="up", machine_code=False)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import subprocess
 import sys
@@ -110,3 +111,41 @@ def test_the_figures_are_drawn_by_the_example(tmp_path: Path) -> None:
     shown = set(re.findall(r"figures/([\w.-]+)\)", (ROOT / "docs" / "paper.md").read_text()))
     assert shown <= made
     assert {f"figure-{n:02d}.{s}" for n in range(3, 12) for s in ("png", "svg")} <= made
+
+
+def resolved(dotted: str) -> object:
+    """What a dotted name within parakin stands for."""
+    parts = dotted.split(".")
+    for count in range(len(parts), 0, -1):
+        try:
+            found: object = importlib.import_module("parakin." + ".".join(parts[:count]))
+        except ModuleNotFoundError:
+            continue
+        for part in parts[count:]:
+            annotated = getattr(found, "__annotations__", {})
+            found = annotated[part] if part in annotated else getattr(found, part)
+        return found
+    raise AssertionError(dotted)
+
+
+@pytest.mark.parametrize("document", ["notation.md", "paper.md"])
+def test_every_name_beside_a_word_or_an_equation_is_one_of_the_code(document: str) -> None:
+    text = (ROOT / "docs" / document).read_text("utf-8")
+    packages = "algebra|model|motion|files|kinematics|planning|kernel|solving|analysis"
+    names = re.findall(rf"`((?:{packages})\.[\w.]+)`", text)
+    assert len(names) > 5
+    for name in names:
+        resolved(name)
+
+
+def test_every_test_that_the_paper_page_names_exists() -> None:
+    text = (ROOT / "docs" / "paper.md").read_text("utf-8")
+    named = re.findall(r"`(?:([\w/]+\.py)::)?(test_\w+)`", text)
+    assert len(named) > 5
+    sources = {
+        p.relative_to(ROOT / "tests"): p.read_text("utf-8")
+        for p in (ROOT / "tests").rglob("test_*.py")
+    }
+    for path, test in named:
+        within = [sources[Path(path)]] if path else list(sources.values())
+        assert any(f"def {test}(" in source for source in within), test

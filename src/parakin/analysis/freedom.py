@@ -1,7 +1,7 @@
 """What goes free at a pose, and which kind of singularity that makes.
 
 After Gosselin and Angeles (1990), and Zlatanov, Fenton and Benhabib (1995): what moves while the
-driven coordinates are held tells the kind, as `parakin.singularities` has them along a motion.
+driven coordinates are held gives the kind, as `parakin.singularities` has them along a motion.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def sets_of(solver: Solver) -> Sets:
     if len(outputs) != count:
         raise InputError(
             where,
-            f"{len(outputs)} outputs beside {count} actuated coordinates",
+            f"{len(outputs)} outputs and {count} actuated coordinates",
             "a [platform], or as many passive coordinates at the base",
         )
     return Sets(actuated, outputs, pose)
@@ -122,10 +122,10 @@ class Freedom(NamedTuple):
 
 
 def freedom_at(solver: Solver, q: FloatArray) -> Freedom:
-    """What a pose near a singularity is near to; home tells which rank the rows have.
+    """What a pose near a singularity is near to; home gives the rank of the rows.
 
     q: all coordinates, as the joints count. Where kinds cannot be told apart, as `closeness` says,
-    it is told by the driven coordinates alone. Raises LinAlgError.
+    the driven coordinates alone decide. Raises LinAlgError.
     """
     try:
         sets = sets_of(solver)

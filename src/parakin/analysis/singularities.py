@@ -48,7 +48,9 @@ if TYPE_CHECKING:
     from parakin.solving.solver import Solver
 
 _LOCATED = 1e-10  # [s]
-_SAME_POSE = 1e-6  # radians and characteristic lengths between a pose as told and as found again
+_SAME_POSE = (
+    1e-6  # radians and characteristic lengths between a pose as reported and as found again
+)
 _STEPS = 8  # Newton steps where a plan iterates, from the sample before
 
 
@@ -129,11 +131,11 @@ def _same_poses(solver: Solver, result: xr.Dataset, good: BoolArray, q: FloatArr
     names = [n for n in result["coordinate"].values.tolist() if n not in graph.cones]
     numbers = [graph.index(name, "result") for name in names]
     offsets = np.array([plan.offset(k) for k in numbers])
-    told = result["position"].sel(coordinate=names).values.T[:, good]
-    off = (q[numbers] - offsets[:, None] - told) / coordinate_scales(graph)[numbers][:, None]
+    reported = result["position"].sel(coordinate=names).values.T[:, good]
+    off = (q[numbers] - offsets[:, None] - reported) / coordinate_scales(graph)[numbers][:, None]
     turning = np.array([graph.coordinates[k].angle for k in numbers])
     off[turning] = nearest_angle(off[turning])
-    undefined = np.isnan(told)
+    undefined = np.isnan(reported)
     same: BoolArray = (undefined | (np.abs(off) < _SAME_POSE)).all(axis=0)
     return same
 
@@ -158,8 +160,8 @@ class _Path:
         names = list(solver.driven)
         if motion is not None:
             if motion.count != result.sizes["time"]:
-                said = f"{motion.count} samples, of the result {result.sizes['time']}"
-                raise InputError(f"motion {motion.name}", said, "the motion that was solved")
+                counts = f"{motion.count} samples, of the result {result.sizes['time']}"
+                raise InputError(f"motion {motion.name}", counts, "the motion that was solved")
             driven = list(motion.reordered(solver.driven).samples().orders[:3])
         else:
             if not set(names) <= set(result["coordinate"].values.tolist()):

@@ -37,7 +37,7 @@ def platform_motion(
     """How the platform moves, or with `verb` "cannot" how it cannot; "" where it is no output.
 
     Where only its point is an output, along which of the base's directions that moves; otherwise
-    the axis of the instantaneous screw, told in the platform's own axes from its point.
+    the axis of the instantaneous screw, in the platform's own axes, from its point.
     """
     joint = None if graph.platform is None else graph.joints[graph.platform]
     if joint is None or not set(outputs) <= set(joint.coordinates):

@@ -244,7 +244,7 @@ class Circuits:
                 del kept[body]
 
     def with_jerk(self, third: Mapping[int, Scalar]) -> Circuits:
-        """The same motion with the rate of everything beside it, given the coordinates' jerks."""
+        """The same motion on dual numbers that carry every rate, given the coordinates' jerks."""
         return self.varied(
             {k: _in_motion(turn, self.rates[k]) for k, turn in self.turns.items()},
             {k: dual(rate, self.second[k]) for k, rate in self.rates.items()},

@@ -25,7 +25,8 @@ _SINGULAR = 1e-7  # a determinant this small, rows of length one, is zero
 
 class Found(NamedTuple):
     """The unknown, of an angle cosine and sine, and squared figures of conditioning: those whose
-    sign tells branches apart, or whose root does, and those alike on either side of a singularity.
+    sign, or whose root's sign, distinguishes branches, and those alike on either side of a
+    singularity.
     """
 
     turn: Turn

@@ -36,7 +36,7 @@ from parakin.planning.elimination import eliminated
 from parakin.planning.plan import Affine, Block, Plan
 
 _ZERO = 1e-9  # a derivative this small, in scaled units, is none
-_LEVEL = 0.3  # volume of a joint's three axes below which it is told by other angles inside
+_LEVEL = 0.3  # volume of a joint's three axes below which other angles are used inside
 _SPREAD = 0.7  # how far coordinates are thrown to see what a row does not depend on
 
 

@@ -14,7 +14,7 @@ from parakin.solving.tick import Tick
 
 
 class Answers:
-    """What poses that were worked out on the chart of home are worth, and how they are told."""
+    """The verdict on poses solved on the chart of home, and the `Tick` that reports it."""
 
     def __init__(self, atlas: Atlas, guesses: Guesses) -> None:
         self.atlas, self.guesses = atlas, guesses
@@ -131,7 +131,7 @@ class Answers:
     @cached_property
     def _cone_rows(self) -> list[int]:
         """Where cone angles are, whose rates are none where an angle is exactly zero."""
-        told = self.outputs.coordinates[: self.layout.reported]
-        at = [row for row, name in enumerate(told) if isinstance(name, str)]
+        reported = self.outputs.coordinates[: self.layout.reported]
+        at = [row for row, name in enumerate(reported) if isinstance(name, str)]
         orders = range(1, self.outputs.derivatives + 1)
         return [self.outputs.derivative(row, order) for order in orders for row in at]

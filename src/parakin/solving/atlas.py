@@ -13,17 +13,17 @@ from parakin.kernel.rows import POINT, Outputs
 from parakin.kinematics.configuration import Configuration, coordinate_scales
 from parakin.motion.motion import Samples
 from parakin.solving.bodies import Points
-from parakin.solving.charts import Chart, beside
+from parakin.solving.charts import Chart, also_known
 from parakin.solving.status import Status, blank_undefined
 from parakin.solving.tracking import Piece
 from parakin.solving.walking import REGULAR, conditioning_beside, iterate, taken_over
 
 
 class Atlas:
-    """`home`: the chart made at home. `told`: what is reported of the outputs of any of them."""
+    """`home`: the chart made at home. `outputs`: what any of them reports."""
 
-    def __init__(self, home: Chart, told: Outputs) -> None:
-        self.home, self.told = home, told
+    def __init__(self, home: Chart, outputs: Outputs) -> None:
+        self.home, self.outputs = home, outputs
         self._made: list[Chart] = []
 
     @cached_property
@@ -35,8 +35,8 @@ class Atlas:
         known = home.outputs.coordinates
         if home.outputs.derivatives > 1 and home.outputs.checks and {*solved} <= {*known}:
             return home
-        chosen = self.told.coordinates
-        outputs = Outputs((*chosen, *beside(home.plan, chosen, solved)), derivatives=2)
+        chosen = self.outputs.coordinates
+        outputs = Outputs((*chosen, *also_known(home.plan, chosen, solved)), derivatives=2)
         return Chart(home.plan, outputs, len(chosen), home.machine_code)
 
     @cached_property
@@ -51,7 +51,7 @@ class Atlas:
         known = self.home.plan.graph.plain.coordinates
         return [
             row
-            for row, k in enumerate(self.told.coordinates)
+            for row, k in enumerate(self.outputs.coordinates)
             if isinstance(k, int) and k < len(known) and known[k].angle
         ]
 
@@ -66,18 +66,20 @@ class Atlas:
 
     def reported(self, pieces: Sequence[Piece], n: int) -> FloatArray:
         """What is reported of n samples, all orders, then the checks; NaN where not solved."""
-        told = self.told
-        if len(pieces) == 1 and told == self.home.outputs:
+        outputs = self.outputs
+        if len(pieces) == 1 and outputs == self.home.outputs:
             piece = pieces[0]
             if piece.chart is self.home and piece.stop - piece.start == n:
                 return piece.out
-        out = np.full((told.count, n), np.nan)
+        out = np.full((outputs.count, n), np.nan)
         for start, stop, chart, found in pieces:
             rows = chart.outputs
-            for order in range(1 + told.derivatives):
-                out[told.order(order), start:stop] = found[rows.first(len(told.coordinates), order)]
-            out[told.figures, start:stop] = found[rows.figures]
-            out[told.conditioning, start:stop] *= chart.share
+            for order in range(1 + outputs.derivatives):
+                out[outputs.order(order), start:stop] = found[
+                    rows.first(len(outputs.coordinates), order)
+                ]
+            out[outputs.figures, start:stop] = found[rows.figures]
+            out[outputs.conditioning, start:stop] *= chart.share
         return out
 
     def figures(
@@ -93,7 +95,7 @@ class Atlas:
     def exchange(self, out: FloatArray, inputs: FloatArray, status: StatusArray) -> None:
         """Write what other charts say of closed poses (columns) where only home's is singular."""
         chart, orders = self.followed, len(self.followed.layout.found)
-        given = inputs.reshape(1 + self.told.derivatives, len(chart.plan.driven), -1)
+        given = inputs.reshape(1 + self.outputs.derivatives, len(chart.plan.driven), -1)
         for column in np.flatnonzero(status == Status.SINGULAR).tolist():
             here = np.zeros((orders, given.shape[1], 1))
             here[: len(given), :, 0] = given[:, :, column]
@@ -119,7 +121,7 @@ class Atlas:
     def _transfer(self, out: FloatArray, column: int, chart: Chart, found: FloatArray) -> Status:
         """Write what another chart found, angles by full turns nearest to what stands there."""
         undefined = bool(blank_undefined(found, chart.layout)[0])
-        rows, count = self.home.outputs, len(self.told.coordinates)
+        rows, count = self.home.outputs, len(self.outputs.coordinates)
         before = out[self.angle_rows, column]
         for order in range(1 + rows.derivatives):
             out[rows.first(count, order), column] = found[chart.outputs.first(count, order), 0]

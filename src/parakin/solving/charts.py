@@ -143,8 +143,8 @@ class Chart:
         return least_singular_value(plan, configure(plan.graph, plan.tree, plan.home))
 
     @cached_property
-    def grip(self) -> float:
-        """By what conditioning has to be multiplied to tell how many digits are right: 1, or less
+    def digits_factor(self) -> float:
+        """What conditioning is multiplied by to say how many digits are right: 1, or less
         where home is nearly singular itself.
         """
         return min(1.0, _LOOSE * self._regularity_at_home)
@@ -167,7 +167,7 @@ class Chart:
         except (ParakinError, np.linalg.LinAlgError):
             return None
         chosen = self.outputs.coordinates[: self.reported]
-        watched = beside(plan, chosen, plan.unknowns)
+        watched = also_known(plan, chosen, plan.unknowns)
         outputs = replace(self.outputs, coordinates=(*chosen, *watched))
         share = self.share * min(1.0, self.regularity(at))
         return Chart(plan, outputs, self.reported, self.machine_code, share)
@@ -252,11 +252,11 @@ def _triples(plan: Plan, outputs: Outputs, reported: int) -> Iterator[Triple]:
             yield Triple(np.array(rows, dtype=np.intp), place[second], joint.proper)
 
 
-def beside(plan: Plan, chosen: Sequence[int | str], solved: Sequence[int]) -> list[int]:
-    """Coordinates that have to be known beside those chosen: what is `solved` for, and second
-    angles, which tell whether those of their joints are defined.
+def also_known(plan: Plan, chosen: Sequence[int | str], solved: Sequence[int]) -> list[int]:
+    """Coordinates that have to be known in addition to those chosen: what is `solved` for, and
+    second angles, which decide whether those of their joints are defined.
     """
     found = [k for k in solved if k not in chosen]
-    told = {*chosen, *found}
-    seconds = [joint.turns[1] for joint in _read_off(plan) if told.intersection(joint.turns)]
-    return [*found, *(k for k in seconds if k not in told)]
+    known = {*chosen, *found}
+    seconds = [joint.turns[1] for joint in _read_off(plan) if known.intersection(joint.turns)]
+    return [*found, *(k for k in seconds if k not in known)]

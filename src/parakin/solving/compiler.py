@@ -20,7 +20,7 @@ from parakin.model.graph import Graph
 from parakin.model.mechanism import Mechanism
 from parakin.planning.ordering import plan_of
 from parakin.planning.plan import Plan
-from parakin.solving.charts import beside
+from parakin.solving.charts import also_known
 from parakin.solving.modes import modes_of
 from parakin.solving.solver import Solver
 
@@ -50,7 +50,7 @@ def compile(
     cut: joints to leave out of the spanning tree that is solved; by default those that make the
     smallest systems. It changes the speed and not the result.
     near: another assembly mode: its coordinates, as a `Mode` has them, or its name as
-    `parakin.modes` and `parakin modes` tell it. The solver's home is the closed configuration
+    `parakin.modes` and `parakin modes` have it. The solver's home is the closed configuration
     nearest to it, and its branch the one followed.
     machine_code: False runs on NumPy arrays; None takes machine code where heyoka is installed.
     parameters: overrides by name.
@@ -92,9 +92,9 @@ def compile(
 
 
 def _outputs(plan: Plan, chosen: Sequence[int | str], derivatives: int, *, checks: bool) -> Outputs:
-    """The coordinates asked for and, after them, what is watched along a motion beside them."""
+    """The coordinates asked for and, after them, what else is watched along a motion."""
     solved = plan.unknowns if checks and derivatives > 1 else plan.iterated
-    hidden = beside(plan, chosen, solved) if checks else []
+    hidden = also_known(plan, chosen, solved) if checks else []
     return Outputs((*chosen, *hidden), derivatives, checks)
 
 
@@ -131,7 +131,7 @@ def _mode(
     search = modes_of(plan_of(graph, driven, home, everywhere=True))
     named = {mode.name: mode.coordinates for mode in search.modes}
     if name not in named:
-        raise InputError("near", f"unknown branch {name!r}", nearest(name, named))
+        raise InputError("near", f"unknown assembly mode {name!r}", nearest(name, named))
     return named[name]
 
 

@@ -99,5 +99,5 @@ def bulk_of(driven: FloatArray, units: FloatArray) -> FloatArray:
 
 
 def moment(time: float) -> float:
-    """The shortest time between two moments that are told apart."""
+    """The shortest time between two moments that are distinguished."""
     return max(LOCATED, 16 * float(np.spacing(abs(time))))

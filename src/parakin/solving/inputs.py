@@ -48,7 +48,7 @@ def stacked(
     return np.ascontiguousarray(np.concatenate(parts) if len(parts) > 1 else first)
 
 
-def tame(*numbers: FloatArray) -> bool:
+def moderate(*numbers: FloatArray) -> bool:
     """Whether all are numbers, and none so large that accelerations might overflow."""
     if numbers[0].ndim == 1:
         return all(math.hypot(*some.tolist()) < _WILD for some in numbers)  # false of NaN
@@ -113,7 +113,7 @@ class Guesses:
 
     def turned_to(self, out: FloatArray, start: Start) -> bool:
         """Turn angles to within half a turn of the guess. Returns whether all guesses are sound,
-        as far as can be told at a glance.
+        as far as a glance shows.
         """
         rows, guess, alone = self._angles, start.position, out.ndim == 1
         if alone and not self.hidden and _distance(guess, out[: len(guess)]) <= 3.0:
@@ -123,18 +123,18 @@ class Guesses:
             if not np.abs(near[rows] - out[rows]).max(initial=0.0) <= np.pi:  # true of NaN too
                 out[rows] = nearest_angle(out[rows], to=near[rows])
                 return False
-        return tame(guess, start.found) if self.hidden else tame(guess)
+        return moderate(guess, start.found) if self.hidden else moderate(guess)
 
     def sound(self, inputs: FloatArray, start: Start | None) -> BoolArray:
         """Which columns are numbers, and in a guess have not lost the digits of their turns."""
-        told: BoolArray = np.logical_and.reduce(np.isfinite(inputs.reshape(len(inputs), -1)))
+        finite: BoolArray = np.logical_and.reduce(np.isfinite(inputs.reshape(len(inputs), -1)))
         if start is None:
-            return told
+            return finite
         guess, found = (a if a.ndim == 2 else a[:, None] for a in start)
         numbers = np.concatenate([guess, found])
         angles = np.abs(guess[self._angles])
         sound: BoolArray = np.isfinite(numbers).all(axis=0)
-        return told & sound & (angles < 2 * np.pi * TURNS).all(axis=0)
+        return finite & sound & (angles < 2 * np.pi * TURNS).all(axis=0)
 
     @cached_property
     def _angles(self) -> IndexArray:

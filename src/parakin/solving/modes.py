@@ -39,7 +39,7 @@ _FAR = 3.0  # characteristic lengths: how far from home starts lie
 _SAME = 1e-6  # what two findings may differ by, in radians and characteristic lengths
 _CLOSED = 1e-10
 _RESTS = 1e-9  # rates below this are none
-_LOCKED = 1e-6  # cosine of the second of three angles: the others are not told well
+_LOCKED = 1e-6  # cosine of the second of three angles: the others are not well defined
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Search:
     """
 
     modes: tuple[Mode, ...]
-    told_by: tuple[str, ...]
+    distinguished_by: tuple[str, ...]
     starts: int
     closed: int
     unseen: float
@@ -122,18 +122,23 @@ def modes_of(
     at_rest = np.where(real, q + offsets[:, None], plan.home[:, None])
     turned = _orientation(circuits_at(graph, plan.tree, at_rest), starts)
     if turned is not None:
-        _tell(graph, turned, q)
+        _name_again(graph, turned, q)
         real &= ~_only_folded(graph, plan, q, home)
     regular = np.abs(conditioning) > SINGULAR
     closed = np.flatnonzero(real & regular)
-    told_by = _distinguishing(graph, plan)
+    distinguished_by = _distinguishing(graph, plan)
     found = _sorted_out(
-        plan, q[:, closed], np.abs(conditioning[closed]), _of(turned, closed), home, told_by
+        plan,
+        q[:, closed],
+        np.abs(conditioning[closed]),
+        _of(turned, closed),
+        home,
+        distinguished_by,
     )
     once = sum(1 for mode in found if mode.found == 1)
     return Search(
         found,
-        tuple(graph.coordinates[k].name for k in told_by),
+        tuple(graph.coordinates[k].name for k in distinguished_by),
         starts,
         len(closed),
         once / len(closed) if len(closed) else 1.0,
@@ -187,18 +192,18 @@ def _sorted_out(
     conditioning: FloatArray,
     turned: FloatArray | None,
     home: FloatArray,
-    told_by: Sequence[int],
+    distinguished_by: Sequence[int],
 ) -> tuple[Mode, ...]:
     """The distinct ones among closed configurations (columns of q), nearest to home first."""
     graph = plan.graph
     scales = coordinate_scales(graph)
     everything = list(range(len(graph.plain.coordinates)))
     found: list[tuple[float, Mode]] = []
-    for members in _groups(graph, q, told_by, turned):
+    for members in _groups(graph, q, distinguished_by, turned):
         at = q[:, members]
         steps = _wrapped(graph, (at - home[:, None]).T).T / scales[:, None]
         nearest = int(np.argmin(np.linalg.norm(steps, axis=0)))
-        away = np.linalg.norm(steps[told_by], axis=0)
+        away = np.linalg.norm(steps[distinguished_by], axis=0)
         position = home + _wrapped(graph, at[:, nearest] - home)
         mode = Mode(
             "",
@@ -210,7 +215,7 @@ def _sorted_out(
         )
         found.append((float(away[nearest]), mode))
     # Mirror images are as far from home as each other: let chance not decide which comes first.
-    names = [graph.coordinates[k].name for k in told_by]
+    names = [graph.coordinates[k].name for k in distinguished_by]
     found.sort(
         key=lambda pair: (round(pair[0], 6), [round(pair[1].coordinates[n], 4) for n in names])
     )
@@ -287,11 +292,11 @@ def _open(plan: Plan, q: FloatArray) -> dict[int, BoolArray]:
 
 
 def _distinguishing(graph: Graph, plan: Plan) -> list[int]:
-    told = [k for k, c in enumerate(graph.coordinates) if c.actuated]
+    chosen = [k for k, c in enumerate(graph.coordinates) if c.actuated]
     if graph.platform is not None:
-        told += graph.joints[graph.platform].coordinates
-    told = [k for k in told if k not in plan.affine]
-    return told or [k for k in range(len(graph.plain.coordinates)) if k not in plan.affine]
+        chosen += graph.joints[graph.platform].coordinates
+    chosen = [k for k in chosen if k not in plan.affine]
+    return chosen or [k for k in range(len(graph.plain.coordinates)) if k not in plan.affine]
 
 
 def _platform_angles(graph: Graph) -> list[int]:
@@ -326,8 +331,8 @@ def _of(turned: FloatArray | None, chosen: IndexArray | list[int]) -> FloatArray
     return None if turned is None else turned[chosen]
 
 
-def _tell(graph: Graph, turned: FloatArray, q: FloatArray) -> None:
-    """Tell orientations anew where angles are not defined, and have been read off noise."""
+def _name_again(graph: Graph, turned: FloatArray, q: FloatArray) -> None:
+    """Angles anew where they are not defined, and have been read off noise."""
     angles = _platform_angles(graph)
     sequence = "".join("XYZ"[axis] for axis in _platform_axes(graph))
     held = np.cos(q[angles[1]]) if sequence[0] != sequence[2] else np.sin(q[angles[1]])
@@ -335,14 +340,14 @@ def _tell(graph: Graph, turned: FloatArray, q: FloatArray) -> None:
     if len(locked):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # gimbal lock: one of many names will do
-            told = Rotation.from_matrix(turned[locked]).as_euler(sequence)
-        for k, row in zip(angles, told.T, strict=True):
+            named = Rotation.from_matrix(turned[locked]).as_euler(sequence)
+        for k, row in zip(angles, named.T, strict=True):
             q[k, locked] = row
 
 
 def _only_folded(graph: Graph, plan: Plan, q: FloatArray, home: FloatArray) -> BoolArray:
-    """Where angles of the platform that never move differ from home's only by being told the other
-    way round, so that it is a driven one that has moved: no assembly for the values driven.
+    """Where angles of the platform that never move differ from home's only in that the same
+    orientation has two names, so that a driven one has moved: no assembly for the driven values.
     """
     angles = _platform_angles(graph)
     sequence = "".join("XYZ"[axis] for axis in _platform_axes(graph))
@@ -354,8 +359,8 @@ def _only_folded(graph: Graph, plan: Plan, q: FloatArray, home: FloatArray) -> B
     a, b, c = q[angles]
     other = np.array([a + np.pi, -b if sequence[0] == sequence[2] else np.pi - b, c + np.pi])
 
-    def as_home(told: FloatArray) -> BoolArray:
-        away = nearest_angle(told - home[angles, None])
+    def as_home(values: FloatArray) -> BoolArray:
+        away = nearest_angle(values - home[angles, None])
         rests: BoolArray = np.abs(away[~driven]).max(axis=0) < _SAME
         return rests
 

@@ -27,7 +27,7 @@ from parakin.solving.atlas import Atlas
 from parakin.solving.bodies import points_of
 from parakin.solving.charts import Chart
 from parakin.solving.from_home import from_home, home_state, home_values
-from parakin.solving.inputs import Guesses, stacked, tame
+from parakin.solving.inputs import Guesses, moderate, stacked
 from parakin.solving.locks import locks_of, off_the_lock, try_again
 from parakin.solving.results import Labels, dataset, quaternions
 from parakin.solving.status import RESIDUAL, SINGULAR, SOLVED, Status, blank_undefined
@@ -67,10 +67,10 @@ class Solver:
         self.derivatives = outputs.derivatives
         self.home: Mapping[str, float] = home_values(graph, plan)
         self._outputs = outputs
-        self.told = replace(outputs, coordinates=outputs.coordinates[:reported])
+        self.reported = replace(outputs, coordinates=outputs.coordinates[:reported])
         self.layout = self._chart.layout
-        self._atlas = Atlas(self._chart, self.told)
-        self._labels = Labels(graph, self.told, self.coordinates, self.driven, self.home)
+        self._atlas = Atlas(self._chart, self.reported)
+        self._labels = Labels(graph, self.reported, self.coordinates, self.driven, self.home)
         self._iterated = plan.iterated
         self._locks = locks_of(plan)
         self.iterated = tuple(self._name(c) for c in self._iterated)
@@ -129,7 +129,9 @@ class Solver:
             out = self._run(inputs, parallel=parallel)
         plain = self._guesses.turned_to(out, start) if start is not None else True
         checked = self._outputs.checks
-        plain = plain and (tame(inputs) if checked else tame(inputs, out[self._answers.last_rows]))
+        plain = plain and (
+            moderate(inputs) if checked else moderate(inputs, out[self._answers.last_rows])
+        )
         if plain and not checked:
             good = 0 if out.ndim == 1 else np.zeros(out.shape[1], dtype=np.int8)
             return self._answers.tick(out, good, np.nan, np.nan)
@@ -259,7 +261,7 @@ class Solver:
         """
         motion = self._driving(self.motion(motion) if isinstance(motion, str) else motion)
         points, n = points_of(self.graph, bodies), motion.count
-        out = np.broadcast_to(np.nan, (self.told.count, n))
+        out = np.broadcast_to(np.nan, (self.reported.count, n))
         status = np.broadcast_to(np.int8(Status.NOT_REACHED), n)
         figures = np.broadcast_to(np.nan, (POINT * len(points), n)) if points else None
         time = motion.window(0, n).time

@@ -1,4 +1,4 @@
-"""What became of a sample, and where a kernel's outputs tell it."""
+"""The status of a sample, and which rows of a kernel's outputs decide it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
 from parakin.kernel.rows import Outputs
 
 RESIDUAL = 1e-12  # of what is subtracted where loops close: what counts as closed
-# Cosines of the second of three angles below which the first and last are not told, nor their
+# Cosines of the second of three angles below which the first and last are undefined, nor their
 # first, second and third derivatives, each of which magnifies rounding once more.
 LOCKED = (1e-8, 1e-5, 3e-4, 2e-3)
 _UPRIGHT = 1.5  # rad: within that of zero no cosine is small
@@ -44,7 +44,7 @@ SOLVED = (Status.CONVERGED, Status.LIMIT_EXCEEDED, Status.ANGLES_UNDEFINED)
 
 
 class Triple(NamedTuple):
-    """Three angles that are read off: rows of those reported, and of the second, which tells by
+    """Three angles that are read off: rows of those reported, and of the second, which shows by
     its cosine, or where first and last axis are the same its sine, whether they are defined.
     """
 
@@ -57,8 +57,8 @@ class Triple(NamedTuple):
 class Layout:
     """Where a kernel's outputs lie.
 
-    `reported`: how many of the coordinates of `outputs` are told, the rest of the unknowns coming
-    after these. `found` (orders, m): iterated coordinates, of which a guess is needed. `unknowns`:
+    `reported`: how many of the coordinates of `outputs` are; the rest of the unknowns come after
+    these. `found` (orders, m): iterated coordinates, of which a guess is needed. `unknowns`:
     rows of all that is solved for, and `units` of these, 1 for angles, else the characteristic
     length. `angles`: rows of angles that are found within half a turn of home. `unsigned`: whether
     some figure of conditioning is as large on either side of a singularity. `triples`: angles that
@@ -78,7 +78,8 @@ class Layout:
 
 class Watched(NamedTuple):
     """Rows of coordinates, their units, which of them are solved for and which are angles known but
-    for full turns (the rest are read off), and home's values of these, about which they are told.
+    for full turns (the rest are read off), and home's values of these: a kernel finds them within
+    half a turn of home.
     """
 
     rows: IndexArray
@@ -116,9 +117,9 @@ def blank_undefined(out: FloatArray, layout: Layout) -> BoolArray:
         if not same and np.abs(out[second]).max(initial=0.0) < _UPRIGHT:
             continue
         with np.errstate(invalid="ignore"):
-            told = np.sin(out[second]) if same else np.cos(out[second])
+            figure = np.sin(out[second]) if same else np.cos(out[second])
         for order in range(len(layout.found)):
-            undefined = np.abs(told) < LOCKED[order]
+            undefined = np.abs(figure) < LOCKED[order]
             if undefined.any():
                 found |= undefined
                 out[np.ix_(layout.outputs.derivative(rows, order), undefined)] = np.nan

@@ -234,7 +234,7 @@ class Stretch:
 
     def _digits(self, out: FloatArray) -> FloatArray:
         """Conditioning, as far as digits are concerned."""
-        figure: FloatArray = self.chart.grip * out[self._layout.outputs.conditioning]
+        figure: FloatArray = self.chart.digits_factor * out[self._layout.outputs.conditioning]
         return figure
 
     def ending_of(self, walked: Nodes, pair: Nodes) -> Ending:

@@ -11,8 +11,8 @@ class Tick(NamedTuple):
     """One pose, or a batch: rows are `solver.coordinates`, SI; `status` is a `Status` (array).
 
     Derivatives that the solver was not compiled for are arrays of no rows. `found` is what a next
-    call needs beside `position` to start from here: iterated coordinates, where `position` does not
-    tell them.
+    call needs in addition to `position` to start from here: iterated coordinates, where `position`
+    does not have them.
 
     Not a Dataset because a control loop cannot wait for one.
     """

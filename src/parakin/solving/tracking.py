@@ -3,7 +3,7 @@
 The motion is walked in its own steps (`parakin.motion.course`), by the rule of
 `parakin.solving.continuity`, from chart to chart where a plan no longer serves. The samples asked
 for lie on that walk and are held to the same rule. So neither the number of samples nor windows nor
-threads have a say in what they are told.
+threads change the answer.
 """
 
 from __future__ import annotations

@@ -183,7 +183,7 @@ class _Ways:
         figure = layout.outputs.unsigned
         (part, target), (begun, ended), (out, found) = parts, states, outputs
         h = target - part
-        digits = self.chart.grip * found[layout.outputs.conditioning]
+        digits = self.chart.digits_factor * found[layout.outputs.conditioning]
         follow = follows(
             h, begun, ended, self.pace[chosen], layout.units, digits, self.bulk[chosen]
         )

@@ -199,10 +199,10 @@ def _astray(graph: Graph, k: int, home: FloatArray) -> bool:
 def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> RenderableType:
     """The assembly modes of a mechanism: what `parakin modes` prints."""
     units = {c.name: unit_of(c.angle) for c in graph.coordinates}
-    heading = [f"{n} [{units[n].name}]" for n in found.told_by]
+    heading = [f"{n} [{units[n].name}]" for n in found.distinguished_by]
     table = _table("branch", *heading, "conditioning", "found", "variants", "beyond limits")
     for branch in found.modes:
-        values = [f"{units[n].per_si * branch.coordinates[n]:z.3f}" for n in found.told_by]
+        values = [f"{units[n].per_si * branch.coordinates[n]:z.3f}" for n in found.distinguished_by]
         table.add_row(
             branch.name,
             *values,

@@ -144,12 +144,12 @@ def test_it_knows_in_which_assembly_it_stands() -> None:
     drive = _drive("five-bar", "platform.x", "platform.y")
     search = parakin.modes(drive.solver)
     poses = [branch.coordinates for branch in search.modes]
-    assert drive.nearest(poses, search.told_by) == 0
+    assert drive.nearest(poses, search.distinguished_by) == 0
     for k, pose in enumerate(poses):
         other = driven_by(drive.solver.mechanism, drive.solver.driven, pose)
-        assert other.nearest(poses, search.told_by) == k
+        assert other.nearest(poses, search.distinguished_by) == k
     assert drive.to(drive.y + 0.02) is None
-    assert drive.nearest(poses, search.told_by) is None
+    assert drive.nearest(poses, search.distinguished_by) is None
 
 
 def test_a_pose_beyond_limits_tells_them() -> None:

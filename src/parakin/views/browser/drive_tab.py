@@ -172,12 +172,14 @@ class DriveTab:
         search = modes(from_home.solver, values)  # numbered from the mechanism's home
         poses = [branch.coordinates for branch in search.modes]
         labels = [branch_label(k, search) for k in range(len(poses))]
-        here = home = drive.nearest(poses, search.told_by)
+        here = home = drive.nearest(poses, search.distinguished_by)
         if self._branch_name != HOME:  # each search numbers them anew
             self._branch_name = _UNNUMBERED if here is None else labels[here]
             from_home.home()
             home = (
-                from_home.nearest(poses, search.told_by) if from_home.to(drive.y) is None else None
+                from_home.nearest(poses, search.distinguished_by)
+                if from_home.to(drive.y) is None
+                else None
             )
         self._drives = {key: kept for key, kept in self._drives.items() if key[1] == HOME}
         self._drives[self._kinematics, self._branch_name] = drive
