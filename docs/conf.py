@@ -24,6 +24,10 @@ html_extra_path = ["recorded"]
 nitpicky = True
 # Of other projects, whose inventories would have to be fetched.
 nitpick_ignore = [
-    ("py:class", f"numpy.{name}")
-    for name in ("ndarray", "dtype", "float64", "int64", "int8", "bool")
+    *(
+        ("py:class", f"numpy.{name}")
+        for name in ("ndarray", "dtype", "float64", "int64", "int8", "bool")
+    ),
+    ("py:class", "collections.abc.Callable"),
+    ("py:class", "parakin.algebra.spatial.S_co"),  # a type variable, known to type checkers alone
 ]
