@@ -111,6 +111,6 @@ def unsolved_volume(plan: Plan, circuits: Circuits, functions: Functions) -> Sca
 
 
 def signed_square(a: Scalar, functions: Functions) -> Scalar:
-    """A |a|: a square that keeps the sign."""
+    """The square of what is given, with its sign."""
     size: Scalar = functions.sqrt(mul(a, a))
     return mul(a, size)
