@@ -71,21 +71,21 @@ def _is(a: Scalar, literal: float) -> bool:
 
 
 def add(a: S, b: S) -> S:
-    """A + b."""
+    """The sum."""
     if _is(a, 0.0):
         return b
     return a if _is(b, 0.0) else a + b  # type: ignore[return-value]
 
 
 def sub(a: S, b: S) -> S:
-    """A - b."""
+    """The difference."""
     if _is(b, 0.0):
         return a
     return -b if _is(a, 0.0) else a - b  # type: ignore[return-value]
 
 
 def mul(a: S, b: S) -> S:
-    """A b."""
+    """The product."""
     if _is(a, 0.0) or _is(b, 0.0):
         return 0.0  # type: ignore[return-value]
     if _is(a, 1.0):
