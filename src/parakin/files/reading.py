@@ -43,6 +43,15 @@ def _catalogue_folder() -> Any:
     return resources.files("parakin") / "catalogue"
 
 
+def loaded(
+    mechanism: Mechanism | str | Path, parameters: Mapping[str, Value] | None = None
+) -> Mechanism:
+    """A mechanism as it is, or `load`ed, with parameters overridden by name. Raises InputError."""
+    if not isinstance(mechanism, Mechanism):
+        mechanism = load(mechanism)
+    return mechanism.with_parameters(parameters) if parameters else mechanism
+
+
 def load(
     mechanism: str | Path,
     parameters: Mapping[str, Value] | None = None,

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from parakin.errors import AssemblyError, DrivenError, InputError, nearest
-from parakin.files.reading import load
+from parakin.files.reading import loaded
 from parakin.kernel.backends import has_machine_code
 from parakin.kernel.rows import Outputs
 from parakin.kinematics.assembly import CLOSED, assembled, close
@@ -58,25 +58,20 @@ def compile(
     arrives, once a process.
     Raises InputError, AssemblyError, DrivenError.
     """
-    if not isinstance(mechanism, Mechanism):
-        mechanism = load(mechanism)
-    if parameters:
-        mechanism = mechanism.with_parameters(parameters)
+    mechanism = loaded(mechanism, parameters)
     if derivatives not in range(4):
         raise InputError("derivatives", f"{derivatives}", "0, 1, 2 or 3")
     graph = graph_of(mechanism)
     names = _driven(mechanism, driven)
     numbers = [graph.index(name, f"{mechanism.where}: driven") for name in names]
-    own = home = assembled(graph)
+    own = assembled(graph)
     if isinstance(near, str):
-        near = _mode(graph, numbers, home, near)
-    if near is not None:
-        home = _near(graph, home, numbers, near)
+        near = _mode(graph, numbers, own, near)
+    home = own if near is None else _near(graph, own, numbers, near)
     plan = plan_of(graph, numbers, home, _cut(graph, cut), zero=own.q)
     checks = checks or bool(plan.iterated)
     chosen = _chosen(plan.graph.plain, coordinates)
     outputs = _outputs(plan, chosen, derivatives, checks=checks)
-    code = has_machine_code() if machine_code is None else machine_code
     recipe: dict[str, Any] = {
         "mechanism": mechanism,
         "driven": names,
@@ -87,6 +82,7 @@ def compile(
         "near": None if near is None else dict(near),
         "machine_code": machine_code,
     }
+    code = has_machine_code() if machine_code is None else machine_code
     again = (_arrived, (pickle.dumps(recipe),))
     return Solver(plan, outputs, len(chosen), machine_code=code, again=again)
 

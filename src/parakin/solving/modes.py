@@ -15,10 +15,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from parakin.algebra.angles import nearest_angle
-from parakin.algebra.spatial import ARRAYS, Scalar, as_array
+from parakin.algebra.spatial import ARRAYS, as_array
 from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.errors import InputError, nearest
-from parakin.kernel.pose import Equations, Lead, trace
+from parakin.kernel.pose import Lead, trace
 from parakin.kernel.rows import Outputs
 from parakin.kinematics import loops
 from parakin.kinematics.closure import canonical_rows
@@ -29,10 +29,10 @@ from parakin.model.graph import Graph
 from parakin.planning.forms import Iterated, LinearSlide, TwoRowAngle
 from parakin.planning.ordering import plan_of
 from parakin.planning.plan import Block, Plan
+from parakin.solving.descent import descent
 from parakin.solving.solver import Solver
 from parakin.solving.status import SINGULAR
 
-_DESCENTS = 60  # damped steps from a start
 _STEPS = 4  # and undamped ones after these
 _DRAWS = 12  # of signs, as long as loops stay open
 _FAR = 3.0  # characteristic lengths: how far from home starts lie
@@ -168,7 +168,7 @@ def _assembled(
     offsets = np.array([plan.offset(k) for k in range(len(home))])
     signs = [_either(block, rng, n) for block in plan.blocks]
     given = list(np.repeat(driven[:, None], n, axis=1))
-    lead: Lead | None = _descent(scales)
+    lead: Lead | None = descent(scales)
     for _ in range(_DRAWS):
         pairs = list(zip(plan.blocks, signs, strict=True))
         loose = replace(plan, blocks=tuple(_with_sign(*pair) for pair in pairs))
@@ -223,42 +223,6 @@ def _sorted_out(
         replace(mode, name="home" if distance < 1e-4 else str(number))
         for number, (distance, mode) in enumerate(found, start=1)
     )
-
-
-def _descent(scales: FloatArray) -> Lead:
-    """Levenberg-Marquardt from every start: Newton's steps alone would throw most of them away."""
-
-    def lead(block: Block, equations: Equations, values: list[Scalar]) -> list[Scalar]:
-        unit = scales[list(block.unknowns)]
-        n = as_array(values[0]).size
-
-        def system(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-            gaps, rows = equations(list(x * unit[:, None]))
-            g = np.array([np.broadcast_to(as_array(gap), n) for gap in gaps]).T
-            J = np.array([[np.broadcast_to(as_array(entry), n) for entry in row] for row in rows])
-            J = np.moveaxis(J, 2, 0) * unit
-            return g, J, np.nan_to_num(np.einsum("ij,ij->i", g, g), nan=np.inf)
-
-        x = np.array(values) / unit[:, None]
-        g, J, cost = system(x)
-        damping = np.full(n, 1e-2)
-        eye = np.eye(len(unit))
-        for _ in range(_DESCENTS):
-            square = np.einsum("nij,nik->njk", J, J)
-            size = np.einsum("njj->n", square) / len(unit)
-            normal = square + (damping * size)[:, None, None] * eye + 1e-30 * eye
-            slope = np.einsum("nij,ni->nj", J, g)
-            step = np.linalg.solve(normal, slope[:, :, None])[:, :, 0].T
-            there = system(x - step)
-            better = there[2] < cost
-            x = np.where(better, x - step, x)
-            g = np.where(better[:, None], there[0], g)
-            J = np.where(better[:, None, None], there[1], J)
-            cost = np.where(better, there[2], cost)
-            damping = np.clip(np.where(better, damping * 0.2, damping * 5.0), 1e-12, 1e12)
-        return list(x * unit[:, None])
-
-    return lead
 
 
 def _with_sign(block: Block, sign: FloatArray | None) -> Block:
