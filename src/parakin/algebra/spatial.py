@@ -7,7 +7,7 @@ that the zeros of a mechanism's geometry never reach the compiled code.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol, SupportsFloat, cast, overload
 
 import numpy as np
@@ -56,7 +56,7 @@ S = TypeVar("S", bound=Scalar, default=Scalar)
 S_co = TypeVar("S_co", bound=Scalar, default=Scalar, covariant=True)
 
 
-def as_array(a: Scalar | Vector | Matrix) -> FloatArray:
+def as_array(a: Scalar | Sequence[Any]) -> FloatArray:
     """Numbers, or arrays of them, as one array."""
     return np.asarray(a, dtype=float)
 
