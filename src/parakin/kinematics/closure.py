@@ -23,13 +23,12 @@ AxisOf = Callable[[int], Axis]  # of a coordinate
 
 
 class Wrench(NamedTuple):
-    """What a row's rate is on the closed loop: moment . w + force . v + parent . w_WP, where w and
-    v are the child's angular velocity and velocity at the base's origin, less the parent's.
+    """What a row's rate is on the closed loop: moment . w + force . v, where w and v are the
+    child's angular velocity and velocity at the base's origin, less the parent's.
     """
 
     moment: Vector
     force: Vector
-    parent: Vector = ZERO
 
 
 class Row(Protocol):
@@ -144,7 +143,8 @@ class Gap:
 
     def wrench(self, end: Ends, axis_of: AxisOf) -> Wrench:
         u = self.along.direction(end, axis_of)
-        return Wrench(cross(end.M.p, u), u, cross(u, end.d) if self.slides else ZERO)
+        # At M: where the gap is not zero, F turns with the parent just as that carries M's place.
+        return Wrench(cross(end.M.p, u), u)
 
 
 def slide_rate(circuits: Circuits, u: Vector, end: Ends) -> Scalar:

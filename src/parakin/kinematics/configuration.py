@@ -140,14 +140,8 @@ def closure_system(
     gaps = np.zeros(len(rows))
     jacobian = np.zeros((len(rows), len(graph.coordinates)))
     for i, row in enumerate(rows):
-        end, sides = at.ends[row.cut], signs[row.cut]
+        end = at.ends[row.cut]
         scale = row.per_length(graph) / graph.length
         gaps[i] = scale * as_float(row.value(at.circuits, end))
-        moment, force, parent = row.wrench(end, at.axes.__getitem__)
-        relative = np.array([*moment, *force], dtype=float)
-        jacobian[i] = scale * (relative @ at.screws) * sides
-        if parent != ZERO:
-            behind = [k for k in at.circuits.path[end.parent] if sides[k]]
-            turning = np.array(parent, dtype=float) @ at.screws[:3, behind]
-            jacobian[i, behind] -= scale * turning * sides[behind]
+        jacobian[i] = scale * (functional(at, row) @ at.screws) * signs[row.cut]
     return gaps, jacobian, rows

@@ -27,8 +27,8 @@ def free_motions(
 ) -> FloatArray:
     """The motions the closed loops allow, (n, mobility).
 
-    They give the rate of every coordinate, those of cut joints too, in scaled units. rank: of all
-    closure rows; found if not given.
+    They give the rate of every coordinate, those of cut joints too, and are orthonormal in scaled
+    units. rank: of all closure rows; found if not given.
     """
     signs = loop_signs(graph, tree)
     scales = coordinate_scales(graph)
