@@ -99,6 +99,7 @@ def test_the_spin_of_a_rod_between_balls_is_idle() -> None:
     at = configure(graph, tree, solver.plan.home[: len(graph.coordinates)])
     motions = free_motions(graph, tree, at) / coordinate_scales(graph)[:, None]
     assert motions.shape[1] == 2
+    assert len(solver.plan.idle) == 1
     crank = graph.index("A", "test")
     weights = np.linalg.svd(motions[[crank]])[2]
     spin = motions @ weights[1:].T  # the mix in which the crank rests
