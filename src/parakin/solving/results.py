@@ -44,16 +44,18 @@ class Labels:
     home: Mapping[str, float]
 
     @cached_property
+    def units(self) -> tuple[str, ...]:
+        """For each coordinate, "m" or "rad"."""
+        known = {c.name: c.unit for c in self.graph.coordinates}
+        return tuple(known.get(name, "rad") for name in self.coordinates)  # the rest are cones
+
+    @cached_property
     def common(self) -> tuple[dict[Hashable, xr.Variable], dict[Hashable, xr.Index]]:
         """Names of coordinates, their units and what drives, with their indexes."""
         import xarray as xr
 
         graph = self.graph
         numbers = {c.name: k for k, c in enumerate(graph.coordinates)}
-        units = [
-            "rad" if name in graph.cones else graph.coordinates[numbers[name]].unit
-            for name in self.coordinates
-        ]
         actuated = [
             name in numbers and graph.coordinates[numbers[name]].actuated
             for name in self.coordinates
@@ -61,7 +63,7 @@ class Labels:
         labels = xr.Coordinates(
             {
                 "coordinate": list(self.coordinates),
-                "unit": ("coordinate", units),
+                "unit": ("coordinate", list(self.units)),
                 "actuated": ("coordinate", actuated),
                 "driven": ("coordinate", [name in self.driven for name in self.coordinates]),
             }

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from parakin import notebook
 from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
 from parakin.errors import InputError
 from parakin.files.reading import load_motion
@@ -214,6 +215,28 @@ class Solver:
             status[undefined & (status == Status.CONVERGED)] = Status.ANGLES_UNDEFINED
         return status, found
 
+    def _repr_html_(self) -> str:
+        how = "machine code" if self.machine_code else "NumPy"
+        roles = {"driven": self.driven, "iterated": self.iterated}
+        rows = [
+            (
+                name,
+                f"{self.home.get(name, np.nan):z.6g} {unit}",
+                next((role for role, names in roles.items() if name in names), "closed form"),
+            )
+            for name, unit in zip(self.coordinates, self._labels.units, strict=True)
+        ]
+        return (
+            notebook.heading(self.mechanism.name, self.mechanism.title)
+            + notebook.lines(
+                driven=", ".join(self.driven),
+                iterated=", ".join(self.iterated),
+                derivatives=str(self.derivatives),
+                runs=f"as {how}",
+            )
+            + notebook.table(("coordinate", "home", "solved"), rows)
+        )
+
     @property
     def angle_rows(self) -> list[int]:
         """Rows of `coordinates` that are angles."""
@@ -236,6 +259,8 @@ class Solver:
             conditioning,
             out[jerk],
             out[self.layout.found[0]] if self._hidden else out[:0],
+            self.coordinates,
+            self._labels.units,
         )
 
     @cached_property
