@@ -163,9 +163,10 @@ def _view(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     from parakin.analysis.mobility import mobility
-    from parakin.files.reading import expanded, load_motion
+    from parakin.files.reading import expanded
     from parakin.kinematics.assembly import assembled
     from parakin.model.graph import graph_of
+    from parakin.verbs import check_motions
     from parakin.views.text import mechanism_report
 
     mechanism = _load(options)
@@ -176,12 +177,7 @@ def _check(options: argparse.Namespace) -> int:
     graph = graph_of(mechanism)
     home = assembled(graph)
     found = mobility(graph, home, len(graph.mechanism.driven))
-    driven = [graph.index(name, "driven") for name in mechanism.driven]
-    rest = {
-        graph.coordinates[k].name: 0.0 if k in graph.from_home else float(home.q[k]) for k in driven
-    }
-    for motion in mechanism.motions if driven else ():  # only to see that they say something
-        load_motion(motion, graph, rest)
+    check_motions(graph, home)
     with _stdout_told():
         _console(width=_WIDE).print(mechanism_report(graph, home.q, found))
     return 0
