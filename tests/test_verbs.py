@@ -40,6 +40,18 @@ def test_check(given: str | parakin.Mechanism) -> None:
     assert parakin.check(given).generic == 3
 
 
+def test_check_reads_the_motions_as_the_command_does(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "mine.toml"
+    motion = '[motions.bad]\nduration = "1 s"\nlaws = { A = { law = "leap" } }\n'
+    path.write_text(f'name = "mine"\nvariant_of = "four-bar"\n{motion}', "utf-8")
+    with pytest.raises(parakin.InputError, match=r"motions\.bad") as error:
+        parakin.check(path)
+    assert main(["check", str(path)]) == 2
+    assert str(error.value) in capsys.readouterr().err
+
+
 def test_draw_as_the_command_does(tmp_path: Path) -> None:
     parakin.draw("four-bar", tmp_path / "one.svg")
     assert main(["draw", "four-bar", "-o", str(tmp_path / "other.svg")]) == 0
@@ -50,6 +62,9 @@ def test_plot(tmp_path: Path) -> None:
     result = parakin.compile("four-bar").solve("turn")
     figure = parakin.plot(result, tmp_path / "turn.png", title="a turn")
     assert len(figure.axes) == 3  # position, velocity, acceleration of one angle
+    assert figure.axes[0].get_legend_handles_labels()[1] == ["A"]
+    figure = parakin.plot(result, coordinates=["D"], symbols={"D": r"\delta"})
+    assert figure.axes[0].get_legend_handles_labels()[1] == [r"$\delta$"]
     assert main(["plot", "four-bar", "turn", "-o", str(tmp_path / "other.png")]) == 0
     for name in ("turn.png", "other.png"):
         assert (tmp_path / name).read_bytes()[:4] == b"\x89PNG"
@@ -76,6 +91,12 @@ def test_report_as_the_command_does(tmp_path: Path) -> None:
 
     assert body(one) == body(other) != ""
     assert "parakin.report(&#x27;four-bar&#x27;" in one
+
+
+def test_report_of_a_motion_made_in_python(tmp_path: Path) -> None:
+    motion = parakin.compile("four-bar").motion("turn", rate=50.0)
+    parakin.report("four-bar", motion, tmp_path / "turn.html")
+    assert "51 samples" in (tmp_path / "turn.html").read_text("utf-8")
 
 
 def test_export_as_the_command_does(tmp_path: Path) -> None:
@@ -107,6 +128,22 @@ def test_record_and_view(tmp_path: Path) -> None:
     assert "<html" in (tmp_path / "turn.html").read_text("utf-8")[:400]
     with parakin.view("four-bar", port=0) as viewer, urlopen(viewer.url) as page:
         assert page.status == 200
+
+
+def test_a_mechanism_made_in_python_is_recorded_and_viewed(tmp_path: Path) -> None:
+    pytest.importorskip("viser")
+    mechanism = parakin.load("four-bar", {"b": "130 mm"})
+    motion = tmp_path / "rock.toml"
+    law = 'laws = { A = { law = "poly345", by = "9 deg" } }'
+    motion.write_text(f'duration = "1 s"\nrate = 50\n{law}\n', "utf-8")
+    parakin.record(mechanism, motion, tmp_path / "rock.html")
+    assert (tmp_path / "rock.html").stat().st_size > 10_000
+    with parakin.view(mechanism, [motion], port=0) as viewer:
+        loaded = viewer.content.load("four-bar")
+        assert loaded.mechanism is mechanism
+        assert loaded.motions == (*mechanism.motions, str(motion))
+    with parakin.view("four-bar", parameters={"b": "130 mm"}, port=0) as viewer:
+        assert viewer.content.load("four-bar").graph.parameters["b"] == 0.13
 
 
 @pytest.mark.parametrize(

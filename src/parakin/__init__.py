@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from parakin.motion.motion import Motion
     from parakin.solving.compiler import compile
     from parakin.solving.modes import modes
-    from parakin.solving.results import require_solved
+    from parakin.solving.results import history, require_solved
     from parakin.solving.solver import Solver
     from parakin.solving.status import Status
     from parakin.solving.tick import Tick
@@ -78,6 +78,7 @@ _MODULES = {
     "view": "verbs",
     "Solver": "solving.solver",
     "Tick": "solving.tick",
+    "history": "solving.results",
     "require_solved": "solving.results",
     "Status": "solving.status",
     "Motion": "motion.motion",
@@ -113,6 +114,7 @@ __all__ = [
     "draw",
     "export",
     "film",
+    "history",
     "load",
     "modes",
     "plot",

@@ -12,3 +12,4 @@ IndexArray = NDArray[np.intp]
 StatusArray = NDArray[np.int8]
 
 ORDERS = ("position", "velocity", "acceleration", "jerk")
+PER_TIME = ("", "/s", "/s²", "/s³")  # their units, per that of position

@@ -6,7 +6,7 @@ format; a file is written completely or not at all.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from datetime import datetime
 from pathlib import Path
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from parakin.analysis.mobility import Mobility
+    from parakin.kinematics.configuration import Configuration
+    from parakin.model.expressions import Value
+    from parakin.model.graph import Graph
     from parakin.motion.motion import Motion
     from parakin.solving.solver import Solver
     from parakin.views.browser.viewer import Viewer
@@ -27,14 +30,30 @@ if TYPE_CHECKING:
 def check(mechanism: Mechanism | str | Path) -> Mobility:
     """Assemble a mechanism and determine its mobility, redundancy and idle freedoms.
 
-    Raises InputError, AssemblyError.
+    Raises InputError, on a bad motion of the mechanism too, and AssemblyError.
     """
     from parakin.analysis.mobility import mobility
     from parakin.kinematics.assembly import assembled
     from parakin.model.evaluation import graph_of
 
     graph = graph_of(_given(mechanism))
-    return mobility(graph, assembled(graph), len(graph.mechanism.driven))
+    home = assembled(graph)
+    found = mobility(graph, home, len(graph.mechanism.driven))
+    check_motions(graph, home)
+    return found
+
+
+def check_motions(graph: Graph, home: Configuration) -> None:
+    """Raises InputError if one of the mechanism's own motions makes no sense."""
+    from parakin.files.reading import load_motion
+
+    mechanism = graph.mechanism
+    driven = [graph.index(name, "driven") for name in mechanism.driven]
+    values = {
+        graph.coordinates[k].name: 0.0 if k in graph.from_home else float(home.q[k]) for k in driven
+    }
+    for motion in mechanism.motions if driven else ():
+        load_motion(motion, graph, values)
 
 
 def draw(mechanism: Mechanism | str | Path, path: str | Path | None = None) -> Figure:
@@ -57,36 +76,40 @@ def plot(
     path: str | Path | None = None,
     *,
     coordinates: Sequence[str] | None = None,
+    symbols: Mapping[str, str] | None = None,
     title: str = "",
 ) -> Figure:
     """Position, velocity, acceleration and, if the result has it, jerk over time.
 
     path: .png, .svg or .pdf, if it is to be written. coordinates: by default the actuated ones,
-    or all if there are none. Raises InputError.
+    or all if there are none. symbols: by coordinate, in mathtext, such as a mechanism's `symbols`.
+    Raises InputError.
     """
     from parakin.views import plots
 
     if path is not None:
         plots.check_figure(Path(path))
-    figure = plots.histories(result, coordinates, title=title)
+    figure = plots.histories(result, coordinates, symbols, title=title)
     if path is not None:
         plots.save(figure, Path(path))
     return figure
 
 
-def film(solver: Solver, motion: Motion | str, path: str | Path) -> None:
+def film(solver: Solver, motion: Motion | str | Path, path: str | Path) -> None:
     """Solve a motion and film it, .mp4 or .gif. Raises InputError."""
     from parakin.views import film as films
     from parakin.views.solids.drawing import drawing_of
 
     films.check_film(Path(path))
-    motion = solver.motion(motion) if isinstance(motion, str) else motion
+    motion = _motion(solver, motion)
     result, mechanism = solver.solve(motion, bodies=True), solver.mechanism
     title = f"{mechanism.name}, {motion.name}: {mechanism.title or 'a mechanism'}"
     films.save(drawing_of(solver.graph), result, Path(path), mechanism.symbols, title)
 
 
-def report(mechanism: Mechanism | str | Path, motion: str | Path, path: str | Path) -> None:
+def report(
+    mechanism: Mechanism | str | Path, motion: Motion | str | Path, path: str | Path
+) -> None:
     """Write a report about a motion: one HTML file that needs no other. Raises InputError,
     AssemblyError, DrivenError.
     """
@@ -96,7 +119,7 @@ def report(mechanism: Mechanism | str | Path, motion: str | Path, path: str | Pa
 
     reports.check_report(Path(path))
     solver = compile(_given(mechanism), coordinates="all")
-    moved = solver.motion(motion)
+    moved = _motion(solver, motion)
     result = solver.solve(moved)
     solved = reports.Solved(solver, moved, result, extremes(result))
     made = f"parakin.report({solver.mechanism.name!r}, {moved.name!r}, {Path(path).name!r})"
@@ -104,19 +127,31 @@ def report(mechanism: Mechanism | str | Path, motion: str | Path, path: str | Pa
 
 
 def view(
-    mechanism: str | Path,
+    mechanism: Mechanism | str | Path,
     motions: Sequence[str | Path] = (),
     *,
+    parameters: Mapping[str, Value] | None = None,
+    loops: str | Path | None = None,
+    meshes: Sequence[str | Path] = (),
     host: str = "127.0.0.1",
     port: int = 8080,
 ) -> AbstractContextManager[Viewer]:
     """Serve a mechanism to browsers while the context lasts; it yields a viewer with a `url`.
-    motions: files of further motions to play. Raises InputError.
+
+    motions: files of further motions to play. parameters, loops: of a mechanism given by its name
+    or file, as `load` takes them. meshes: those of the files named by the mechanism that may be
+    read. A file is loaded again when it changes. Raises InputError.
     """
     from parakin.views.browser.content import Content
     from parakin.views.browser.viewer import serving
 
-    content = Content(str(mechanism), motions=tuple(str(name) for name in motions))
+    content = Content(
+        mechanism if isinstance(mechanism, Mechanism) else str(mechanism),
+        parameters or {},
+        None if loops is None else str(loops),
+        tuple(map(str, motions)),
+        tuple(map(str, meshes)),
+    )
     return serving(content, host, port)
 
 
@@ -145,18 +180,22 @@ def save(result: xr.Dataset | Iterable[xr.Dataset], path: str | Path) -> None:
     datasets.write([result] if isinstance(result, xr.Dataset) else result, Path(path))
 
 
-def record(mechanism: str | Path, motion: str, path: str | Path) -> None:
+def record(mechanism: Mechanism | str | Path, motion: str | Path, path: str | Path) -> None:
     """Write one .html file that plays a motion without a server. Raises InputError."""
     from parakin.files.writing import check_suffix, replacing
     from parakin.views.browser.content import Content
     from parakin.views.browser.standalone import standalone_page
 
     check_suffix(Path(path), (".html", ".htm"), {"viser": "viser"}, "view")
-    content = Content(str(mechanism))
-    loaded = content.load(str(mechanism))
-    text = standalone_page(loaded, content.playback(loaded, motion))
+    content = Content(_given(mechanism), motions=(str(motion),))
+    loaded = content.load(content.first)
+    text = standalone_page(loaded, content.playback(loaded, str(motion)))
     with replacing(Path(path)) as temporary:
         temporary.write_text(text, "utf-8", newline="\n")
+
+
+def _motion(solver: Solver, motion: Motion | str | Path) -> Motion:
+    return solver.motion(motion) if isinstance(motion, (str, Path)) else motion
 
 
 def _given(mechanism: Mechanism | str | Path) -> Mechanism:

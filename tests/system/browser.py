@@ -153,6 +153,17 @@ def viewed(browser: Any, mechanism: str | Path, **options: Any) -> Iterator[Page
         until(lambda: not viewer.sessions)
 
 
+def agree(page: Page, position: FloatArray, wxyz: FloatArray) -> None:
+    """The page's scene comes to these poses, within what single precision tells."""
+
+    def arrived() -> bool:
+        seen, turned = page.poses()
+        across = np.abs((turned * wxyz).sum(axis=1))
+        return bool(np.abs(seen - position).max() < 1e-6 and (across > 1 - 1e-6).all())
+
+    until(arrived)
+
+
 def until(condition: Callable[[], Any]) -> None:
     """Wait for something to come true."""
     for _ in range(_LOOKS):

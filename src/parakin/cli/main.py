@@ -98,9 +98,10 @@ def _view(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     from parakin.analysis.mobility import mobility
-    from parakin.files.reading import expanded, load_motion
+    from parakin.files.reading import expanded
     from parakin.kinematics.assembly import assembled
     from parakin.model.evaluation import graph_of
+    from parakin.verbs import check_motions
     from parakin.views.text import mechanism_report
 
     mechanism = load_mechanism(options)
@@ -111,12 +112,7 @@ def _check(options: argparse.Namespace) -> int:
     graph = graph_of(mechanism)
     home = assembled(graph)
     found = mobility(graph, home, len(graph.mechanism.driven))
-    driven = [graph.index(name, "driven") for name in mechanism.driven]
-    rest = {
-        graph.coordinates[k].name: 0.0 if k in graph.from_home else float(home.q[k]) for k in driven
-    }
-    for motion in mechanism.motions if driven else ():  # only to see that they say something
-        load_motion(motion, graph, rest)
+    check_motions(graph, home)
     say(mechanism_report(graph, home.q, found))
     return 0
 

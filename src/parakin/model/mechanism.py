@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal
 import pydantic
 from pydantic import AfterValidator, BeforeValidator, StrictFloat, StrictInt
 
+from parakin import notebook
 from parakin.errors import InputError, nearest
 from parakin.model.expressions import Value, is_parameter_name
 from parakin.model.validation import Table, input_error
@@ -197,6 +198,22 @@ class Mechanism(Table):
         """How messages call it: its file, or its name."""
         return self.origin or self.name
 
+    def _repr_html_(self) -> str:
+        bodies = [body.name for body in self.bodies if body.name != self.base]
+        rows = [(j.name, j.kind, j.parent, j.child, _moved_by(j)) for j in self.joints]
+        return (
+            notebook.heading(self.name, self.title)
+            + notebook.lines(
+                source=self.source,
+                bodies=", ".join((f"{self.base} (fixed)", *bodies)),
+                platform=self.platform.body if self.platform is not None else "",
+                driven=", ".join(self.driven),
+                parameters=", ".join(f"{key} = {value}" for key, value in self.parameters.items()),
+                motions=", ".join(self.motions),
+            )
+            + notebook.table(("joint", "kind", "parent", "child", "actuated"), rows)
+        )
+
     def with_parameters(self, values: Mapping[str, Value]) -> Mechanism:
         """The same mechanism with other values for some of its parameters.
 
@@ -210,6 +227,13 @@ class Mechanism(Table):
                     nearest(name, self.parameters),
                 )
         return self.model_copy(update={"parameters": {**self.parameters, **values}})
+
+
+def _moved_by(joint: Joint) -> str:
+    """Which of a joint's coordinates are actuated, for a table."""
+    if isinstance(joint.actuated, bool):
+        return "yes" if joint.actuated else ""
+    return ", ".join(f"coordinate {k}" for k in joint.actuated)
 
 
 def _duplicate(names: Iterable[str]) -> str | None:

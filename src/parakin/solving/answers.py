@@ -9,6 +9,7 @@ import numpy as np
 from parakin.arrays import BoolArray, FloatArray, StatusArray
 from parakin.solving.atlas import Atlas
 from parakin.solving.inputs import Guesses, Start
+from parakin.solving.results import Labels
 from parakin.solving.status import SOLVED, Status, blank_undefined, classify
 from parakin.solving.tick import Tick
 
@@ -16,8 +17,8 @@ from parakin.solving.tick import Tick
 class Answers:
     """The verdict on poses solved on the chart of home, and the `Tick` that reports it."""
 
-    def __init__(self, atlas: Atlas, guesses: Guesses) -> None:
-        self.atlas, self.guesses = atlas, guesses
+    def __init__(self, atlas: Atlas, guesses: Guesses, labels: Labels) -> None:
+        self.atlas, self.guesses, self.labels = atlas, guesses, labels
         self.outputs, self.layout = atlas.home.outputs, atlas.home.layout
         self.iterated = bool(atlas.home.plan.iterated)
 
@@ -114,6 +115,8 @@ class Answers:
             conditioning,
             out[jerk],
             out[self.layout.found[0]] if self.guesses.hidden else out[:0],
+            self.labels.coordinates,
+            self.labels.units,
         )
 
     @cached_property

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from parakin.arrays import ORDERS, FloatArray, StatusArray
-from parakin.errors import NotSolvedError
+from parakin.errors import InputError, NotSolvedError, nearest
 from parakin.kernel.rows import (
     ACCELERATION,
     ANGULAR_ACCELERATION,
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from parakin.model.graph import Graph
     from parakin.motion.motion import Motion
 
-_UNITS = ("m or rad", "m or rad s-1", "m or rad s-2", "m or rad s-3")
+_PER_TIME = ("", " s-1", " s-2", " s-3")  # as NetCDF's conventions write it
 
 
 @dataclass(frozen=True)
@@ -44,16 +44,18 @@ class Labels:
     home: Mapping[str, float]
 
     @cached_property
+    def units(self) -> tuple[str, ...]:
+        """For each coordinate, "m" or "rad"."""
+        known = {c.name: c.unit for c in self.graph.coordinates}
+        return tuple(known.get(name, "rad") for name in self.coordinates)  # the rest are cones
+
+    @cached_property
     def common(self) -> tuple[dict[Hashable, xr.Variable], dict[Hashable, xr.Index]]:
         """Names of coordinates, their units and what drives, with their indexes."""
         import xarray as xr
 
         graph = self.graph
         numbers = {c.name: k for k, c in enumerate(graph.coordinates)}
-        units = [
-            "rad" if name in graph.cones else graph.coordinates[numbers[name]].unit
-            for name in self.coordinates
-        ]
         actuated = [
             name in numbers and graph.coordinates[numbers[name]].actuated
             for name in self.coordinates
@@ -61,7 +63,7 @@ class Labels:
         labels = xr.Coordinates(
             {
                 "coordinate": list(self.coordinates),
-                "unit": ("coordinate", units),
+                "unit": ("coordinate", list(self.units)),
                 "actuated": ("coordinate", actuated),
                 "driven": ("coordinate", [name in self.driven for name in self.coordinates]),
             }
@@ -86,8 +88,9 @@ def dataset(
     import xarray as xr
 
     rows, over = of.rows, ("time", "coordinate")
+    unit = " or ".join(sorted(set(of.units)))
     variables: dict[str, Any] = {
-        quantity: (over, out[rows.order(k)].T, {"units": _UNITS[k]})
+        quantity: (over, out[rows.order(k)].T, {"units": unit + _PER_TIME[k]})
         for k, quantity in enumerate(ORDERS[: rows.derivatives + 1])
     }
     residual = {"long_name": "norm of all closure rows", "units": "m"}
@@ -112,6 +115,24 @@ def dataset(
     common, indexes = of.common
     indexes = indexes | {n: xr.indexes.PandasIndex(v.values, n) for n, v in labels.items()}
     return xr.Dataset(variables, xr.Coordinates(common | labels, indexes), attributes)
+
+
+def history(ds: xr.Dataset, coordinate: str) -> xr.Dataset:
+    """One coordinate of a result over time, labelled with its own unit, for `.plot()`: in a
+    result, lengths and angles share an array, and so "m or rad".
+
+    Raises InputError on a coordinate that is not in the result.
+    """
+    known = ds["coordinate"].values.tolist()
+    if coordinate not in known:
+        raise InputError("coordinate", repr(coordinate), nearest(coordinate, known))
+    one = ds.sel(coordinate=coordinate)
+    unit = str(one["unit"].item())
+    for quantity, per_time in zip(ORDERS, _PER_TIME, strict=True):
+        if quantity in one:
+            one[quantity].attrs = {"long_name": f"{quantity} of {coordinate}"}
+            one[quantity].attrs["units"] = unit + per_time
+    return one.drop_vars(["unit", "actuated", "driven"])
 
 
 def require_solved(ds: xr.Dataset) -> xr.Dataset:

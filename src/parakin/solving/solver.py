@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from parakin import notebook
 from parakin.arrays import FloatArray, IndexArray, StatusArray
 from parakin.errors import InputError
 from parakin.files.reading import load_motion
@@ -77,7 +78,7 @@ class Solver:
         hidden = tuple(n for n in self.iterated if n not in self.coordinates)
         at_home = np.array([self.home.get(name, np.nan) for name in self.coordinates])
         self._guesses = Guesses(self.layout, at_home, self.iterated, hidden)
-        self._answers = Answers(self._atlas, self._guesses)
+        self._answers = Answers(self._atlas, self._guesses, self._labels)
         self._run = self._chart.run
         _ = self._chart.kernel  # compiled now and not at the first pose
 
@@ -140,6 +141,28 @@ class Solver:
             if residual <= RESIDUAL * size and conditioning >= SINGULAR:
                 return self._answers.tick(out, 0, residual, conditioning)
         return self._answers.judged(out, inputs, start, walked, within, plain=plain)
+
+    def _repr_html_(self) -> str:
+        how = "machine code" if self.machine_code else "NumPy"
+        roles = {"driven": self.driven, "iterated": self.iterated}
+        rows = [
+            (
+                name,
+                f"{self.home.get(name, np.nan):z.6g} {unit}",
+                next((role for role, names in roles.items() if name in names), "closed form"),
+            )
+            for name, unit in zip(self.coordinates, self._labels.units, strict=True)
+        ]
+        return (
+            notebook.heading(self.mechanism.name, self.mechanism.title)
+            + notebook.lines(
+                driven=", ".join(self.driven),
+                iterated=", ".join(self.iterated),
+                derivatives=str(self.derivatives),
+                runs=f"as {how}",
+            )
+            + notebook.table(("coordinate", "home", "solved"), rows)
+        )
 
     @property
     def angle_rows(self) -> list[int]:

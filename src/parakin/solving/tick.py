@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from parakin.arrays import FloatArray, StatusArray
+import numpy as np
+
+from parakin import notebook
+from parakin.arrays import ORDERS, PER_TIME, FloatArray, StatusArray
+from parakin.errors import InputError, nearest
+from parakin.solving.status import Status
 
 
 class Tick(NamedTuple):
-    """One pose, or a batch: rows are `solver.coordinates`, SI; `status` is a `Status` (array).
+    """One pose, or a batch: rows are `coordinates`, SI; `status` is a `Status` (array).
 
     Derivatives that the solver was not compiled for are arrays of no rows. `found` is what a next
-    call needs in addition to `position` to start from here: iterated coordinates, where `position`
-    does not have them.
+    call needs besides `position` to start from here: iterated coordinates, if `position` does not
+    contain them. `units`: "m" or "rad" for each coordinate.
 
     Not a Dataset because a control loop cannot wait for one.
     """
@@ -25,3 +30,40 @@ class Tick(NamedTuple):
     conditioning: float | FloatArray
     jerk: FloatArray
     found: FloatArray
+    coordinates: tuple[str, ...]
+    units: tuple[str, ...]
+
+    def value(self, coordinate: str, quantity: str = "position") -> float | FloatArray:
+        """A coordinate's position, velocity, acceleration or jerk, a number or, of a batch, an
+        array (n,). Raises InputError on other names, and on what the solver was not compiled for.
+        """
+        known = dict(self._known())
+        if quantity not in known:
+            raise InputError("quantity", repr(quantity), nearest(quantity, known))
+        if coordinate not in self.coordinates:
+            expected = nearest(coordinate, self.coordinates)
+            raise InputError("coordinate", repr(coordinate), expected)
+        row = known[quantity][self.coordinates.index(coordinate)]
+        return row if self.position.ndim > 1 else float(row)
+
+    def _known(self) -> list[tuple[str, FloatArray]]:
+        """Quantities that were compiled for, and their rows."""
+        rows = (self.position, self.velocity, self.acceleration, self.jerk)
+        return [(name, values) for name, values in zip(ORDERS, rows, strict=True) if len(values)]
+
+    def _repr_html_(self) -> str:
+        if self.position.ndim > 1:
+            counts = np.bincount(np.asarray(self.status), minlength=len(Status))
+            found = (f"{n:,} {Status(k).words}" for k, n in enumerate(counts.tolist()) if n)
+            return notebook.heading(f"{self.position.shape[1]:,} poses", ", ".join(found))
+        known = self._known()
+        rows = []
+        for k, (name, unit) in enumerate(zip(self.coordinates, self.units, strict=True)):
+            numbers = [f"{values[k]:z.6g} {unit}" for _, values in known]
+            rows.append((name, *(a + b for a, b in zip(numbers, PER_TIME, strict=False))))
+        quality = ""
+        if np.isfinite(self.residual):  # unless compiled without checks
+            quality = f"residual {self.residual:.1e} m, conditioning {self.conditioning:.3f}"
+        return notebook.heading(Status(int(self.status)).words, quality) + notebook.table(
+            ("coordinate", *(name for name, _ in known)), rows
+        )

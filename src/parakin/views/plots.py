@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from parakin.arrays import ORDERS
+from parakin.arrays import ORDERS, PER_TIME
 from parakin.errors import InputError
 from parakin.files.writing import check_suffix, replacing
 from parakin.solving.status import Status
 from parakin.views.thinning import thinned
-from parakin.views.units import DEGREES, PER_TIME
+from parakin.views.units import DEGREES
 
 if TYPE_CHECKING:
     import xarray as xr

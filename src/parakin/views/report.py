@@ -18,6 +18,7 @@ import numpy as np
 
 from parakin.analysis.mobility import mobility
 from parakin.analysis.singularities import Closeness, singularities
+from parakin.arrays import PER_TIME
 from parakin.errors import InputError
 from parakin.files.writing import check_suffix, replacing
 from parakin.kinematics.assembly import assembled
@@ -33,7 +34,7 @@ from parakin.views.report_curves import (
 from parakin.views.scheme.dimensioning import parameters
 from parakin.views.scheme.scheme import scheme
 from parakin.views.text import flag_words, mobility_lines, singularity_lines
-from parakin.views.units import PER_TIME, Unit, unit_of
+from parakin.views.units import Unit, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr

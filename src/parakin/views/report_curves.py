@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from parakin.analysis.singularities import Closeness
-from parakin.arrays import ORDERS, FloatArray
+from parakin.arrays import ORDERS, PER_TIME, FloatArray
 from parakin.solving.status import Status
 from parakin.views.extremes import Extremes
 from parakin.views.scheme.sheet import STYLE
 from parakin.views.thinning import thinned
-from parakin.views.units import PER_TIME, unit_of
+from parakin.views.units import unit_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,12 +13,12 @@ from rich.text import Text
 
 from parakin.analysis.mobility import Mobility
 from parakin.analysis.singularities import Closeness
-from parakin.arrays import FloatArray
+from parakin.arrays import PER_TIME, FloatArray
 from parakin.model.graph import Graph
 from parakin.solving.modes import Search
 from parakin.solving.status import Status
 from parakin.views.extremes import Extremes
-from parakin.views.units import PER_TIME, unit_of
+from parakin.views.units import unit_of
 
 _FAR = 0.8  # [rad, or characteristic lengths]: not near a guess any more
 _CLOSES = 1e-9  # of the characteristic length: what stated values may be off

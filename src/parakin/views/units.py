@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-PER_TIME = ("", "/s", "/s²", "/s³")  # by order of derivative
-
 
 class Unit(NamedTuple):
     """A unit: its name in plain text, its symbol as it follows a number, and how many make one SI

@@ -8,11 +8,12 @@ from hypothesis import given, settings
 from random_mechanisms import Example, examples
 
 import parakin
+from parakin.files.reading import load
 from parakin.kinematics.assembly import assembled
 from parakin.model.evaluation import graph_of
 from parakin.views.solids.drawing import Drawing, drawing_of
 from parakin.views.solids.painting import Painter
-from parakin.views.solids.shapes import Bar, Mesh, mesh, spread
+from parakin.views.solids.shapes import Bar, mesh
 
 
 def _drawn(mechanism: parakin.Mechanism) -> Drawing:
@@ -78,16 +79,44 @@ def test_size_makes_no_difference(scale: float) -> None:
         )
 
 
-def test_how_points_lie() -> None:
-    square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    assert spread(square[:1]) == 0
-    assert spread(square[:2]) == 1
-    assert spread(square) == 2
-    assert spread(np.vstack([square, [0, 0, 1]])) == 3
-    assert spread(np.array([[5.0, 5, 5]] * 3)) == 0
-    assert spread(1e-7 * square + 3.0) == 2
+def test_the_pins_of_a_four_bar_stand_where_its_closed_form_says() -> None:
+    drawing = drawing_of(graph_of(load("four-bar")))
+    joints = {j.name: k for k, j in enumerate(drawing.arrangement.graph.joints)}
+    B = 0.04 * np.exp(1j * np.radians(40))  # a, b, c, d of the file; circles about B and D meet
+    across = B - 0.1
+    apart = abs(across)
+    along = (apart**2 + 0.08**2 - 0.12**2) / (2 * apart)
+    C = 0.1 + across / apart * (along - 1j * np.sqrt(0.08**2 - along**2))
+    for name, place in {"A": 0j, "B": B, "C": C, "D": 0.1 + 0j}.items():
+        pins = [piece for piece in drawing.pieces if piece.joint == joints[name]]
+        assert len({piece.body for piece in pins}) == 2
+        for pin in pins:
+            assert isinstance(pin.form, Bar)
+            ends = drawing.arrangement.world(pin.body, pin.form.points)
+            np.testing.assert_allclose(ends[:, 0], place.real, atol=1e-9)
+            np.testing.assert_allclose(ends[:, 1], place.imag, atol=1e-9)
 
 
-def test_a_mesh_is_its_own() -> None:
-    own = Mesh(np.eye(3), np.array([[0, 1, 2]]))
-    assert mesh(own) is own
+@pytest.mark.parametrize("name", ["gough-stewart", "flight-simulator", "3-rpr", "tricept"])
+def test_a_piston_stays_in_its_cylinder_over_the_stroke(name: str) -> None:
+    drawing = drawing_of(graph_of(load(name)))
+    graph, seen = drawing.arrangement.graph, 0
+    pistons = {p.body: p.form for p in drawing.pieces if p.part == "piston"}
+    for piece in drawing.pieces:
+        if piece.part != "cylinder" or piece.joint is None:
+            continue
+        joint = graph.joints[piece.joint]
+        tube, rod = piece.form, pistons[joint.child]
+        assert isinstance(tube, Bar)
+        assert isinstance(rod, Bar)
+        bottom, top = drawing.arrangement.world(joint.parent, tube.points)
+        length = float(np.linalg.norm(top - bottom))
+        axis = (top - bottom) / length
+        R = drawing.arrangement.poses[joint.parent][0] @ np.array(joint.F.R, dtype=float)
+        inner = drawing.arrangement.world(joint.child, rod.points)[1] - bottom
+        np.testing.assert_allclose(np.cross(inner, axis), 0, atol=1e-7 * drawing.arrangement.size)
+        for end in drawing.arrangement.stroke(piece.joint):
+            out = (end - drawing.arrangement.q[joint.first]) * (R[:, 2] @ axis)
+            assert -2.1 * drawing.arrangement.radius <= inner @ axis + out <= length
+        seen += 1
+    assert seen == {"gough-stewart": 6, "flight-simulator": 4}.get(name, 3)  # E2P slides unpowered

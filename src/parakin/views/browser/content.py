@@ -54,11 +54,12 @@ class LoadedMechanism:
 class Content:
     """What the pages may show.
 
-    mechanism: the one to begin with, a name of the catalogue or a file; parameters, loops: for
-    this one, as `parakin.load` takes them; motions, meshes: other files that may be read.
+    mechanism: the one to begin with, itself, or a name of the catalogue or a file; parameters,
+    loops: for the latter, as `parakin.load` takes them; motions, meshes: other files that may be
+    read.
     """
 
-    mechanism: str
+    mechanism: Mechanism | str
     parameters: Mapping[str, Value] = field(default_factory=dict)
     loops: str | None = None
     motions: tuple[str, ...] = ()
@@ -67,7 +68,12 @@ class Content:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """The mechanisms to choose from, the one to begin with first."""
-        return (self.mechanism, *(name for name in self._catalogue if name != self.mechanism))
+        return (self.first, *(name for name in self._catalogue if name != self.first))
+
+    @property
+    def first(self) -> str:
+        """The name of the mechanism to begin with."""
+        return self.mechanism if isinstance(self.mechanism, str) else self.mechanism.name
 
     @cached_property
     def _catalogue(self) -> tuple[str, ...]:
@@ -76,7 +82,8 @@ class Content:
     def stamp(self) -> tuple[tuple[str, int, int], ...]:
         """A value that changes when one of the files does."""
         stamps = []
-        for name in (self.mechanism, self.loops, *self.motions, *self.meshes):
+        file = self.mechanism if isinstance(self.mechanism, str) else None
+        for name in (file, self.loops, *self.motions, *self.meshes):
             if name is None or name in self._catalogue:
                 continue
             try:
@@ -92,8 +99,8 @@ class Content:
         if name not in self.names:
             expected = "one from the catalogue, or the one named at start-up"
             raise InputError("mechanism", repr(name), expected)
-        own = name == self.mechanism
-        mechanism = load(name, self.parameters or None, self.loops) if own else load(name)
+        own = name == self.first
+        mechanism = self._first() if own else load(name)
         graph = graph_of(mechanism)
         drawing = drawing_of(graph)
         meshes, problem = self._meshes(graph)
@@ -105,10 +112,16 @@ class Content:
                 problem = "The file names no driven coordinates."
         except ParakinError as error:
             problem = str(error)
-        motions = (*mechanism.motions, *(self.motions if own else ()))
+        others = self.motions if own else ()
+        motions = (*mechanism.motions, *(m for m in others if m not in mechanism.motions))
         return LoadedMechanism(
             name, mechanism, graph, drawing, meshes, motions if solver else (), solver, problem
         )
+
+    def _first(self) -> Mechanism:
+        if isinstance(self.mechanism, Mechanism):
+            return self.mechanism
+        return load(self.mechanism, self.parameters or None, self.loops)
 
     def _meshes(self, graph: Graph) -> tuple[dict[str, Mesh], str]:
         """Shapes of bodies from the mesh files that both the mechanism and the user name, and a

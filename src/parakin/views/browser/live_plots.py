@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from parakin.arrays import ORDERS, FloatArray
+from parakin.arrays import ORDERS, PER_TIME, FloatArray
 from parakin.views.browser.playback import Playback
 from parakin.views.thinning import thinned
-from parakin.views.units import DEGREES, MILLIMETRES, PER_TIME
+from parakin.views.units import DEGREES, MILLIMETRES
 
 _BUCKETS = 120
 # Okabe and Ito's colours, told apart by colour-blind readers too.

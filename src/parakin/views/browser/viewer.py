@@ -62,7 +62,7 @@ def serving(content: Content, host: str = "127.0.0.1", port: int = 8080) -> Iter
         import viser
     except ImportError:
         raise not_installed("view", "viser", "view") from None
-    first = content.load(content.mechanism)
+    first = content.load(content.first)
     if not 0 <= port <= 65535:
         raise InputError("--port", str(port), "0 to 65535")
     _check_address(host)
@@ -156,10 +156,10 @@ class Viewer:
                 continue
             stamp = now
             try:
-                self._first = self.content.load(self.content.mechanism)
+                self._first = self.content.load(self.content.first)
             except ParakinError as error:
                 for session in list(self.sessions.values()):
-                    if session.loaded.name == self.content.mechanism:
+                    if session.loaded.name == self.content.first:
                         session.show_error(str(error))
                 continue
             for session in list(self.sessions.values()):
