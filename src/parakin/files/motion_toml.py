@@ -1,4 +1,4 @@
-"""Motions as tables of a TOML file: a law of time for each driven coordinate."""
+"""Motions from TOML tables: a law of time for each driven coordinate."""
 
 from __future__ import annotations
 
@@ -85,9 +85,9 @@ class _MotionTable(Table):
 
 
 def laws_by_coordinate(table: Mapping[str, Any], place: str) -> dict[str, Any]:
-    """Law tables by coordinate, `platform.x` being x inside platform where TOML nests them.
+    """Law tables by coordinate: TOML reads `platform.x` as x inside platform.
 
-    A table of nothing but tables is a part of a name. Raises InputError on a name given twice.
+    A table that holds only tables is part of a name. Raises InputError on a name given twice.
     """
     flat: dict[str, Any] = {}
     for key, entry in table.items():
@@ -111,12 +111,12 @@ def motion_from_table(
     place: str,
     rate: float | None = None,
 ) -> Motion:
-    """The motion that a TOML table says: duration, rate, and laws by driven coordinate.
+    """The motion in a TOML table: duration, rate, and laws by driven coordinate.
 
-    `dimensions` names the driven coordinates, LENGTH or ANGLE each, and `home` has their values
-    [SI]: where laws start or oscillate unless they say otherwise, and where a coordinate without
-    a law rests. `rate` [samples per second] replaces the table's. Laws must begin and end within
-    the motion. Raises InputError, its place below `place`.
+    dimensions: LENGTH or ANGLE, by driven coordinate. home: their positions at home [m or rad],
+    where laws start or oscillate by default, and where a coordinate without a law rests. rate:
+    samples per second, instead of the table's. Laws must begin and end within the motion.
+    Raises InputError, with places below `place`.
     """
     table = dict(table)
     if isinstance(table.get("laws"), Mapping):
@@ -150,7 +150,9 @@ def _law(
     home: float,
     span: float,
 ) -> Law:
-    """The law that `table` says for a motion of `span` seconds; errors name its keys."""
+    """The law in `table` for a motion of `span` seconds. Raises InputError, with its keys as
+    places.
+    """
 
     def center(text: Value | None, key: str = "center") -> float:
         return home if text is None else value(text, dimension, key)

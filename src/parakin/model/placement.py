@@ -1,4 +1,4 @@
-"""Frames placed on bodies, in numbers."""
+"""Frames on bodies, in numbers."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from parakin.model.expressions import ANGLE, LENGTH, Dimension, Parameters
 from parakin.model.mechanism import Frame
 
 AXES = {"x": 0, "y": 1, "z": 2}
-_ZERO = 1e-12  # no axis is shorter
-_PARALLEL = 1 - 1e-9  # the cosine between axes that leave no direction square to both
+_ZERO = 1e-12  # an axis must be longer
+_PARALLEL = 1 - 1e-9  # cosine of the angle between axes that count as parallel
 _ROUNDING = 4e-16
 
 
@@ -65,7 +65,7 @@ def unit(a: Vector, place: str) -> Vector:
 
 
 def snapped(m: Matrix) -> Matrix:
-    """Entries within rounding of 0 and ±1 become exact, so that the recursion can drop them."""
+    """`m` with entries within rounding of 0 and ±1 exact, so that the recursion can drop them."""
 
     def entry(a: float) -> float:
         near = float(round(a))
