@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from linkage import Refusal
 
 import parakin
 from parakin import Status
@@ -584,3 +585,11 @@ def test_an_interrupt_leaves_no_file(
 def test_figures_are_known_by_the_suffixes_told() -> None:
     assert plots.SUFFIXES == (".png", ".svg", ".pdf")
     assert datasets.SUFFIXES == (".csv", ".nc", ".parquet")
+
+
+def test_checking_a_file_reads_its_motions_too(refusal: Refusal) -> None:
+    text = Path("linkage.toml").read_text()
+    Path("linkage.toml").write_text(
+        text + '\n[motions.wrong]\nduration = "1 s"\nlaws = { A = { law = "cosin", by = 1 } }\n'
+    )
+    assert "motions.wrong.laws.A" in refusal("check", "linkage.toml")

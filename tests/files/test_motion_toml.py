@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from linkage import LINKAGE, MOTION, Refusal, edited
 from numpy.testing import assert_allclose
 
 from parakin.arrays import FloatArray
@@ -276,3 +278,67 @@ def test_flatten_keeps_law_tables_whole() -> None:
     table = {"platform": {"x": {"law": "a"}, "y": {"z": {"law": "b"}}}, "A2": {"law": "c"}, "B": 3}
     flat = {"platform.x": {"law": "a"}, "platform.y.z": {"law": "b"}, "A2": {"law": "c"}, "B": 3}
     assert laws_by_coordinate(table, "laws") == flat
+
+
+ARITHMETIC = "only numbers, units, parameters, + - * / ** and functions"
+
+MOTIONS = [
+    (
+        "A = {",
+        "AA = {",
+        "motion.laws: found 'AA', not driven; expected one of: A; did you mean 'A'",
+    ),
+    ("A = {", "B = {", "motion.laws: found 'B', not driven; expected one of: A"),
+    (
+        '"poly345"',
+        '"poly34"',
+        "motion.laws.A.law: found 'poly34'; expected one of: chirp, constant",
+    ),
+    ('"poly345"', '"poly34"', "did you mean 'poly345'?"),
+    ('law = "poly345", ', "", "motion.laws.A: found no key 'law'; expected the key law"),
+    ("by =", "bye =", "motion.laws.A: found unknown key 'bye'; expected one of: begin, by"),
+    (
+        'by = "40 deg"',
+        "by = 1, to = 2",
+        "motion.laws.A.by and to: found both; expected one of them",
+    ),
+    (
+        'by = "40 deg"',
+        "by = [1]",
+        "motion.laws.A.by: found [1]; expected a number, a quantity like",
+    ),
+    ("40 deg", "40 mm", "motion.laws.A.by: found '40 mm', a length; expected an angle"),
+    (
+        "40 deg",
+        "40 deg + q",
+        "motion.laws.A.by: found '40 deg + q': unknown parameter 'q'; expected",
+    ),
+    ("40 deg", "().__class__", f"it is more than arithmetic; expected {ARITHMETIC}"),
+    ('"40 deg"', "nan", "motion.laws.A.by: found nan; expected a finite number"),
+    ("A = { law", "A = [1]\nB = { law", "motion.laws.A: found [1]; expected a table"),
+    ("rate = 50", "rte = 50", "motion: found unknown key 'rte'; expected one of: duration, laws"),
+    ("rate = 50", "rate = 0", "motion.rate: found 0; expected a positive number"),
+    ("rate = 50", "rate = inf", "motion.rate: found inf; expected a finite number"),
+    (
+        "rate = 50",
+        "rate = 1e30",
+        "found 2e+30 steps (2 s at 1e+30 samples per second); expected at",
+    ),
+    ('"2 s"', '"2 m"', "motion.duration: found '2 m', a length; expected a time"),
+    ('"2 s"', "-1", "motion.duration: found -1; expected a positive number"),
+    ('duration = "2 s"', "", "motion: found no key 'duration'; expected a value for duration"),
+    (MOTION, LINKAGE, "motion: found unknown key 'name'; expected one of: duration, laws, rate"),
+    (MOTION, "\n", ": found an empty file; expected a file with text"),
+    (MOTION, "duration", ": found a syntax error: Expected '=' after a key"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "said"), MOTIONS, ids=[case[2] for case in MOTIONS])
+def test_a_motion_that_says_something_wrong(
+    old: str, new: str, said: str, refusal: Refusal
+) -> None:
+    Path("motion.toml").write_text(edited(MOTION, old, new))
+    message = refusal("solve", "linkage.toml", "motion.toml", "-o", "old.csv")
+    assert "motion" in message.split(":")[0]
+    assert said in message
+    assert "; expected " in message
