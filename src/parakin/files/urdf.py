@@ -158,10 +158,10 @@ def _origin(element: _Element | None, place: str) -> Placement:
     if element is None:
         return HERE
     p = vector(numbers(element.get("xyz"), 3, ZERO, f"{place}: xyz"))
-    return Placement(rotation(numbers(element.get("rpy"), 3, ZERO, f"{place}: rpy")), p)
+    return Placement(_rotation(numbers(element.get("rpy"), 3, ZERO, f"{place}: rpy")), p)
 
 
-def rotation(rpy: Sequence[float]) -> Matrix:
+def _rotation(rpy: Sequence[float]) -> Matrix:
     """The rotation by roll, pitch and yaw: about the fixed x, y and z axes, in this order."""
     R = IDENTITY
     for axis, angle in reversed(list(enumerate(rpy))):

@@ -84,6 +84,7 @@ class Graph:
         return self.coordinates[self.index(name, "limits")].joint
 
     def dimension(self, coordinate: int) -> Dimension:
+        """ANGLE or LENGTH."""
         return ANGLE if self.coordinates[coordinate].angle else LENGTH
 
     @property

@@ -65,6 +65,7 @@ class GraphJoint:
 
     @property
     def coordinates(self) -> range:
+        """The numbers of its coordinates."""
         return range(self.first, self.first + len(self.pairs))
 
     @property
@@ -75,7 +76,7 @@ class GraphJoint:
 
     @property
     def turns(self) -> list[int]:
-        """Its coordinates that are angles."""
+        """The numbers of its coordinates that are angles."""
         return [k for k, pair in zip(self.coordinates, self.pairs, strict=True) if not pair.slides]
 
 
@@ -90,4 +91,5 @@ class Coordinate(NamedTuple):
 
     @property
     def unit(self) -> str:
+        """The SI unit: rad or m."""
         return "rad" if self.angle else "m"

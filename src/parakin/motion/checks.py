@@ -60,10 +60,12 @@ def refuse_non_finite(
 
 
 def refuse_repeated(coordinates: Sequence[str], place: str) -> None:
+    """Refuse no coordinates, and any that are named twice."""
     if not coordinates or len(set(coordinates)) < len(coordinates):
         raise InputError(place, f"coordinates {list(coordinates)}", "one or more, each once")
 
 
 def refuse_unless_positive(value: float, place: str) -> None:
+    """Refuse anything but a positive, finite number."""
     if not 0 < value < np.inf:
         raise InputError(place, f"{value:g}", "a positive number")
