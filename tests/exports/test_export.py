@@ -19,7 +19,7 @@ from parakin.analysis.mobility import mobility
 from parakin.cli.main import main
 from parakin.errors import AssemblyError, InputError
 from parakin.exports import export as exports
-from parakin.files import reading as files
+from parakin.files.mechanism_toml import mechanism_from_table
 from parakin.kinematics.assembly import assembled
 from parakin.model.evaluation import graph_of
 from parakin.model.mechanism import Mechanism
@@ -92,7 +92,7 @@ def test_what_comes_back_moves_alike(name: str, shape: str, tmp_path: Path) -> N
 
 def test_screws_go_out_and_come_back(tmp_path: Path) -> None:
     """A jack: its screw is a hinge and a slide that are coupled. One turn in MuJoCo is one here."""
-    mechanism = files.mechanism_from_table(tomllib.loads(JACK), "jack")
+    mechanism = mechanism_from_table(tomllib.loads(JACK), "jack")
     solver = parakin.compile(mechanism, machine_code=False)
     twin = MujocoTwin(
         mujoco.MjModel.from_xml_path(str(exports.export(mechanism, tmp_path / "jack.xml")[0]))

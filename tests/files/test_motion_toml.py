@@ -233,7 +233,7 @@ BAD_TABLES = [
     ),
     (
         LAW + '{ law = "constant", value = 1 }\n"platform.x" = { law = "constant", value = 2 }',
-        "motions.general.laws.platform.x: found two laws; expected one",
+        "motions.general.laws.platform.x: found two values; expected one",
     ),
 ]
 
@@ -274,7 +274,7 @@ def test_any_table_is_a_motion_or_an_input_error(law: Any, kind: str) -> None:
         assert error.place.startswith("motion")
 
 
-def test_flatten_keeps_law_tables_whole() -> None:
+def test_law_tables_are_kept_whole() -> None:
     table = {"platform": {"x": {"law": "a"}, "y": {"z": {"law": "b"}}}, "A2": {"law": "c"}, "B": 3}
     flat = {"platform.x": {"law": "a"}, "platform.y.z": {"law": "b"}, "A2": {"law": "c"}, "B": 3}
     assert laws_by_coordinate(table, "laws") == flat

@@ -17,7 +17,7 @@ from linkage import LINKAGE, Refusal, edited
 import parakin
 from parakin import InputError
 from parakin.cli.main import main
-from parakin.files.reading import mechanism_from_table
+from parakin.files.mechanism_toml import mechanism_from_table
 from parakin.kinematics.assembly import assembled
 from parakin.model.evaluation import graph_of
 from parakin.model.mechanism import Kind
@@ -138,7 +138,7 @@ MECHANISM = [
         "parameters.lambda: found 'lambda'; expected a name",
     ),
     ("[parameters]", "[parameters.deep]", "parameters.deep: found {'r': '0.2 m', 'l': '500 mm'"),
-    ('A = "70 deg"', "A = {}", "guess.A: found an empty table; expected a value"),
+    ('A = "70 deg"', "A = {}", "guess.A: found {}; expected a number, a quantity like"),
     ('A = "70 deg"', 'B.x = 1\n"B.x" = 2', "guess.B.x: found two values; expected one"),
     ("[guess]", "[limits]\nA = [1]\n[guess]", "limits.A: found [1]; expected a list of 2"),
     ("[guess]", "[limits]\nA = [1, 0]\n[guess]", "limits.A: found [1, 0]; expected a lower limit"),

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from parakin.errors import InputError, nearest
+from parakin.files.parsing import flattened
 from parakin.model.expressions import ANGLE, FREQUENCY, TIME, Dimension, Parameters, Value
 from parakin.model.validation import Table, validated
 from parakin.motion.checks import SLACK, refuse_unless_positive
@@ -85,21 +86,15 @@ class _MotionTable(Table):
 
 
 def laws_by_coordinate(table: Mapping[str, Any], place: str) -> dict[str, Any]:
-    """Law tables by coordinate: TOML reads `platform.x` as x inside platform.
+    """Law tables by coordinate: a table that holds only tables is part of a coordinate's name.
 
-    A table that holds only tables is part of a name. Raises InputError on a name given twice.
+    Raises InputError on a name that is given twice.
     """
-    flat: dict[str, Any] = {}
-    for key, entry in table.items():
-        laws = {key: entry}
-        inner = list(entry.values()) if isinstance(entry, Mapping) else []
-        if inner and all(isinstance(value, Mapping) for value in inner):
-            below = laws_by_coordinate(entry, f"{place}.{key}")
-            laws = {f"{key}.{name}": law for name, law in below.items()}
-        for name in laws.keys() & flat.keys():
-            raise InputError(f"{place}.{name}", "two laws", "one")
-        flat |= laws
-    return flat
+    return flattened(table, place, lambda t: bool(t) and all(map(_is_table, t.values())))
+
+
+def _is_table(value: object) -> bool:
+    return isinstance(value, Mapping)
 
 
 def motion_from_table(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -65,6 +65,27 @@ def parse_toml(text: str, origin: str) -> dict[str, Any]:
         raise InputError(origin, f"a value that cannot be read: {error}", "TOML") from None
     _check_values(table, origin)
     return table
+
+
+def flattened(
+    table: Mapping[str, Any], place: str, nested: Callable[[Mapping[str, Any]], bool] = bool
+) -> dict[str, Any]:
+    """Nested tables as one with dotted keys: TOML reads `platform.x = 1` as x inside platform.
+
+    nested: which tables are parts of names rather than values; by default, all but empty ones.
+    Raises InputError on a name that is given twice.
+    """
+    flat: dict[str, Any] = {}
+    for key, value in table.items():
+        inner = {key: value}
+        if isinstance(value, Mapping) and nested(value):
+            below = flattened(value, f"{place}.{key}", nested)
+            inner = {f"{key}.{name}": item for name, item in below.items()}
+        for name, item in inner.items():
+            if name in flat:
+                raise InputError(f"{place}.{name}", "two values", "one")
+            flat[name] = item
+    return flat
 
 
 def parse_yaml(text: str, origin: str) -> dict[str, Any]:

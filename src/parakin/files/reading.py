@@ -9,17 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from parakin.errors import InputError, nearest
+from parakin.files.mechanism_toml import mechanism_from_table, table_at
 from parakin.files.motion_csv import read_motion_csv
 from parakin.files.motion_toml import motion_from_table
 from parakin.files.parsing import parse_toml, parse_xml, parse_yaml, read_text
 from parakin.model.expressions import Parameters, Value
 from parakin.model.graph import Graph
 from parakin.model.limbs import expand_limbs
-from parakin.model.mechanism import Body, Joint, Mechanism, Platform
-from parakin.model.validation import AnyModel, validated
+from parakin.model.mechanism import Mechanism
 from parakin.motion.motion import Motion
-
-_COORDINATE_TABLES = ("home", "stated", "guess", "limits")
 
 
 def catalogue() -> dict[str, str]:
@@ -152,10 +150,10 @@ def _with_original(table: dict[str, Any], origin: str) -> dict[str, Any]:
     original = _with_original(parse_toml(text, name), name)
     for key in ("bodies", "joints"):
         original.setdefault(key, {})  # there are none if all are in limbs
-        for inner, changes in _table(table.get(key, {}), f"{origin}: {key}").items():
+        for inner, changes in table_at(table.get(key, {}), f"{origin}: {key}").items():
             if inner in original[key]:
                 place = f"{origin}: {key}.{inner}"
-                original[key][inner] = {**original[key][inner], **_table(changes, place)}
+                original[key][inner] = {**original[key][inner], **table_at(changes, place)}
             else:
                 original[key][inner] = changes
         table.pop(key, None)
@@ -164,67 +162,6 @@ def _with_original(table: dict[str, Any], origin: str) -> dict[str, Any]:
         both = isinstance(value, dict) and isinstance(old, dict)
         original[key] = {**old, **value} if both else value  # type: ignore[dict-item]
     return original
-
-
-def mechanism_from_table(table: Mapping[str, Any], origin: str) -> Mechanism:
-    """A mechanism from the tables of a TOML file, with joints and bodies as tables by name.
-
-    origin: the file, for messages. Raises InputError.
-    """
-    data = expand_limbs(table, origin)
-    for key in ("bodies", "joints"):
-        if key not in data:
-            raise InputError(origin, f"no table [{key}]", f"[{key}.NAME] tables")
-    data["bodies"] = _listed(Body, data["bodies"], f"{origin}: bodies")
-    data["joints"] = _listed(Joint, data["joints"], f"{origin}: joints")
-    if "platform" in data:
-        place = f"{origin}: platform"
-        data["platform"] = validated(Platform, _table(data["platform"], place), place)
-    for key in _COORDINATE_TABLES:
-        if key in data:
-            data[key] = flattened(_table(data[key], f"{origin}: {key}"), f"{origin}: {key}")
-    if "origin" in data:
-        raise InputError(origin, "unknown key 'origin'", "no such key")
-    return Mechanism(**data, origin=origin)
-
-
-def _listed(model: type[AnyModel], tables: object, place: str) -> tuple[AnyModel, ...]:
-    """Tables by name as models that hold their names."""
-    made = []
-    for name, table in _table(tables, place).items():
-        inner = _table(table, f"{place}.{name}")
-        if "name" in inner:
-            raise InputError(
-                f"{place}.{name}", "a key 'name'", "none: the name of the table is used"
-            )
-        made.append(validated(model, {"name": name, **inner}, f"{place}.{name}"))
-    return tuple(made)
-
-
-def _table(value: object, place: str) -> Mapping[str, Any]:
-    if not isinstance(value, Mapping):
-        raise InputError(place, f"{value!r:.80}", "a table")
-    return value
-
-
-def flattened(table: Mapping[str, Any], place: str) -> dict[str, Any]:
-    """Nested tables as one with dotted keys: TOML reads `platform.x = 1` as nested.
-
-    Raises InputError on an empty table, and on a name that is given both ways.
-    """
-    flat: dict[str, Any] = {}
-    for key, value in table.items():
-        inner = {key: value}
-        if isinstance(value, Mapping):
-            if not value:
-                raise InputError(f"{place}.{key}", "an empty table", "a value")
-            below = flattened(value, f"{place}.{key}")
-            inner = {f"{key}.{name}": item for name, item in below.items()}
-        for name, item in inner.items():
-            if name in flat:
-                raise InputError(f"{place}.{name}", "two values", "one")
-            flat[name] = item
-    return flat
 
 
 def load_motion(
