@@ -1,12 +1,15 @@
-"""Both ways of reading the recursion pass the same tests: machine code and NumPy arrays."""
+"""Fixtures: solvers in machine code and on NumPy arrays, and a folder of files to be spoilt."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
+from linkage import LINKAGE, MOTION, Refusal, contents
 
 import parakin
+from parakin.cli.main import main
 from parakin.kernel.backends import has_machine_code
 
 READINGS = [
@@ -38,3 +41,33 @@ def compiled(reading: bool) -> Callable[..., parakin.Solver]:
         return kept[driven]
 
     return solver
+
+
+@pytest.fixture
+def linkage_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a good mechanism, a good motion and old results."""
+    monkeypatch.chdir(tmp_path)
+    Path("linkage.toml").write_text(LINKAGE)
+    Path("motion.toml").write_text(MOTION)
+    for name in ("old.csv", "old.nc", "old.parquet", "old.png"):
+        Path(name).write_text("old")
+    return tmp_path
+
+
+@pytest.fixture
+def refusal(linkage_folder: Path, capsys: pytest.CaptureFixture[str]) -> Refusal:
+    """Runs a command that must be refused; gives its message."""
+
+    def run(*arguments: str) -> str:
+        before = contents(linkage_folder)
+        capsys.readouterr()
+        code = main(arguments)
+        out, err = capsys.readouterr()
+        assert (code, out) == (2, "")
+        assert err.startswith("error: ")
+        assert err.count("\n") == 1
+        assert err.endswith("\n")
+        assert contents(linkage_folder) == before
+        return err.removeprefix("error: ").rstrip("\n")
+
+    return run

@@ -1,4 +1,4 @@
-"""Types of arrays and what their rows are called, shared by all."""
+"""Types of arrays, and the names of a motion's orders, used everywhere."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One error tree. Every message names the place, what was found and what was expected."""
+"""Errors. The message of bad input names the place, what was found and what was expected."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ _LENGTH = 1000  # of each part of a message
 
 
 class ParakinError(Exception):
-    """Anything parakin refuses or cannot do; the command line prints it and exits with 2."""
+    """Anything that parakin refuses or cannot do; the command line prints it and exits with 2."""
 
 
 class InputError(ParakinError):
-    """Input that does not mean anything: a file, a name, a value, an expression."""
+    """Invalid input: a file, a name, a value, an expression."""
 
     def __init__(self, place: str, found: str, expected: str) -> None:
         self.place = _line(place)
@@ -25,12 +25,12 @@ class InputError(ParakinError):
         super().__init__(f"{self.place}: found {self.found}; expected {self.expected}")
 
     def within(self, outer: str) -> InputError:
-        """The same error, its place prefixed by what encloses it (a file, a table)."""
+        """The error with its place prefixed by what encloses it (a file, a table)."""
         return InputError(f"{outer}: {self.place}", self.found, self.expected)
 
 
 class AssemblyError(ParakinError):
-    """The mechanism cannot be closed from its guess."""
+    """The loops of the mechanism cannot be closed from its guess."""
 
 
 class DrivenError(ParakinError):
@@ -38,11 +38,11 @@ class DrivenError(ParakinError):
 
 
 class NotSolvedError(ParakinError):
-    """Some samples of a motion were flagged and the caller asked for all or nothing."""
+    """Some samples of a motion were flagged, and the caller asked for all or nothing."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """What exists, and which of it comes nearest to `name`, as the tail of a message."""
+    """What exists, and what of it `name` may have meant, to end a message."""
     names = sorted(known)
     if not names:
         return "none: there are none"
@@ -58,16 +58,16 @@ def not_installed(place: str, library: str, extra: str = "exchange") -> InputErr
 
 
 def reason(error: Exception) -> str:
-    """What the system says, in small letters and without its number; other errors' own words."""
+    """The system's message in lower case, without its number; the message of other errors."""
     if not isinstance(error, OSError):
         return str(error)
     if error.errno is not None and error.errno in errno.errorcode:
-        # Libraries add words of their own to `strerror`.
+        # Libraries add to `strerror`.
         return os.strerror(error.errno).lower()
     return (error.strerror or str(error)).lower()
 
 
 def _line(text: str) -> str:
-    """`text` on one line of bounded length, whatever names and values it quotes."""
+    """`text` on one line of bounded length, whatever it quotes."""
     text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text[:_LENGTH])
     return text if len(text) < _LENGTH else f"{text[: _LENGTH - 3]}..."

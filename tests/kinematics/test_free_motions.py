@@ -8,7 +8,7 @@ from loops_of_every_kind import KINDS, closed, loop_of
 
 import parakin
 from parakin.algebra.spatial import as_float
-from parakin.files.reading import mechanism_from_table
+from parakin.files.mechanism_toml import mechanism_from_table
 from parakin.kinematics import loops
 from parakin.kinematics.closure import canonical_rows
 from parakin.kinematics.configuration import configure, coordinate_scales

@@ -12,7 +12,7 @@ import numpy as np
 from parakin.algebra.dual import dual
 from parakin.algebra.spatial import FLOATS, as_array, as_float, mul
 from parakin.arrays import FloatArray
-from parakin.files.reading import mechanism_from_table
+from parakin.files.mechanism_toml import mechanism_from_table
 from parakin.kinematics import loops
 from parakin.kinematics.configuration import circuits_at
 from parakin.kinematics.readings import read, read_rates

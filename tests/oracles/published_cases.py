@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 
 import parakin
 from parakin.analysis.mobility import Mobility, mobility
-from parakin.files.reading import mechanism_from_table
+from parakin.files.mechanism_toml import mechanism_from_table
 from parakin.kinematics.assembly import assembled
 from parakin.model.evaluation import graph_of
 from parakin.motion.laws import constant, from_laws, polynomial345

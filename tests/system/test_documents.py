@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import parakin
-from parakin.files.reading import mechanism_from_table
+from parakin.files.mechanism_toml import mechanism_from_table
 
 ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.repository

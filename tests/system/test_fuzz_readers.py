@@ -370,7 +370,7 @@ CASES: dict[str, tuple[str, str | bytes, str | None]] = {
         ".urdf",
         urdf(ARM[0], hinge("s", "b", "c", "prismatic", mimic("h")).replace("<mimic", '<axis xyz="1 0 0"/><mimic'),
              hinge("t", "c", "d", "prismatic", mimic("h"))),
-        "a joint of a screw made already",
+        "a joint that already belongs to a screw",
     ),
     "screw of itself": (".xml", mjcf(after='<joint joint1="k" joint2="k"/>'), "a model that MuJoCo refuses"),
     "screw twice": (
@@ -379,7 +379,7 @@ CASES: dict[str, tuple[str, str | bytes, str | None]] = {
             '<body name="c"><joint name="h"/><body name="d"><joint type="slide" name="s"/></body></body>',
             '<joint joint1="s" joint2="h"/><joint joint1="s" joint2="h"/>',
         ),
-        "a joint of a screw made already, 'h' or 's'; expected one coupling",
+        "a joint that already belongs to a screw, 'h' or 's'; expected one coupling",
     ),
     "weld to itself": (".xml", mjcf(after='<weld body1="a" body2="a"/>'), "expected"),
     "connect to itself": (".xml", mjcf(after='<connect body1="a" body2="a" anchor="0 0 0"/>'), "expected"),

@@ -1,4 +1,4 @@
-"""The command line's grammar: commands, their options, and what is said of wrong ones."""
+"""The grammar of the command line: commands and their options."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ exit codes: 0 done, 1 some samples are flagged, 2 bad input"""
 
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
-        """One line, as for any other bad input, in place of the usage and an exit."""
+        """Raise an error of one line, as for any other bad input, instead of printing usage."""
         unknown = re.match(r"argument COMMAND: invalid choice: '(.*?)'", message)
         if unknown:
             name = unknown[1]
@@ -42,7 +42,7 @@ _Commands: TypeAlias = "argparse._SubParsersAction[_Parser]"
 
 
 def parser() -> argparse.ArgumentParser:
-    """The command line's grammar."""
+    """The parser. Parsing raises ParakinError on bad input."""
     top = _Parser(
         prog="parakin",
         description="Kinematics of parallel mechanisms: positions, velocities and accelerations "
@@ -113,7 +113,7 @@ def _add_solve(commands: _Commands) -> None:
 
 
 def _add_pictures(commands: _Commands) -> None:
-    """What `solve` makes beside other things, alone."""
+    """`plot` and `film`: only the picture that `solve` can add to its other outputs."""
     unasked = dict.fromkeys(("output", "plot", "animate"))
     unasked |= dict.fromkeys(("singularities", "jerk", "bodies", "all"), False)
     pictures = (

@@ -28,7 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         screen.print("error:", style="bold red", end=" ")
         screen.print(str(error), markup=False)
         return 2
-    except BrokenPipeError:  # the reader of stdout went away, as `head` does: no mistake
+    except BrokenPipeError:  # the reader of stdout has gone, as `head` does: not an error
         return 0
     except KeyboardInterrupt:
         console(stderr=True).print("stopped", style="bold red")
@@ -83,7 +83,7 @@ def _view(options: argparse.Namespace) -> int:
         tuple(options.motions),
         tuple(options.mesh),
     )
-    ends = suppress(KeyboardInterrupt)  # Ctrl-C is how it is meant to end
+    ends = suppress(KeyboardInterrupt)  # the usual way to end it
     with serving(content, options.host, options.port) as viewer, ends, flushed_stdout():
         screen = console(width=WIDE)
         exposed = exposure(options.host)

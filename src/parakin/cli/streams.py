@@ -41,7 +41,7 @@ def console(*, stderr: bool = False, width: int | None = None) -> Console:
     from rich.console import Console
 
     if not stderr and isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # as stderr does: ü where there is none
+        sys.stdout.reconfigure(errors="backslashreplace")  # as stderr does, if ü cannot be encoded
     colours = None if os.environ.get("NO_COLOR") else "auto"
     return Console(
         stderr=stderr,

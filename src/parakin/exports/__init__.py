@@ -1,4 +1,4 @@
-"""Mechanisms and solvers for other programs: MuJoCo's MJCF, URDF with its loops, and C99.
+"""Mechanisms and solvers written for other programs: MuJoCo's MJCF, URDF with its loops, C99.
 
-Knows solvers and how files are written. Reading such files is in `files`, with the other readers.
+Knows solvers and how files are written. Such files are read in `files`, like all others.
 """

@@ -1,4 +1,4 @@
-"""Mechanisms out to other programs, by the suffix of the file: MJCF, URDF, C."""
+"""Mechanisms written for other programs; the suffix of the file chooses MJCF, URDF or C."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SUFFIXES = (".xml", ".urdf", ".c")
 
 
 def check_export(path: Path) -> list[Path]:
-    """The files that an export writes. Raises InputError where it can't, before any work."""
+    """The files that an export to `path` writes. Raises InputError if one cannot be written."""
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         found = repr(suffix) if suffix else "no suffix"
@@ -31,10 +31,10 @@ def check_export(path: Path) -> list[Path]:
 
 
 def export(mechanism: Mechanism, path: Path, driven: Sequence[str] | None = None) -> list[Path]:
-    """Write a mechanism for another program; the paths written. If it fails, none is changed.
+    """Write a mechanism for another program. If it fails, no file is changed.
 
-    driven: what the C code solves for, the mechanism's own choice if not given.
-    Raises InputError, AssemblyError, DrivenError.
+    driven: the driven coordinates of the C code, by default the mechanism's own. Returns the
+    paths written. Raises InputError, AssemblyError, DrivenError.
     """
     paths = check_export(path)
     suffix = path.suffix.lower()

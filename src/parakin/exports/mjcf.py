@@ -1,10 +1,10 @@
 """A mechanism as a MuJoCo model, built and compiled by MuJoCo's own MjSpec.
 
-Bodies hang from the base along a spanning tree that carries the platform by its pose; each
-coordinate is a hinge or a slide of its own, named as ours and counted from the joint's own zero.
-Loops close between two named sites: by `connect` at spherical joints and rods, by `weld` at all
-others, whose coordinates then belong to a small body of their own. The model's first pose is our
-home. (Base and platform are bodies like others, since Pinocchio reads one body in the world.)
+Bodies form a spanning tree from the base that contains the platform's pose. Each coordinate is a
+separate hinge or slide with the same name, counted from the joint's zero. Loops close between two
+named sites: by `connect` at spherical joints and rods, by `weld` at all others, with their
+coordinates on a small extra body. The model's first pose is home. (Base and platform are bodies
+like others, since Pinocchio accepts only one body in the world.)
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _GREY, _BLUE, _ORANGE = (0.5, 0.5, 0.5, 1.0), (0.3, 0.5, 0.8, 1.0), (0.9, 0.5, 0
 
 
 def mjcf(graph: Graph) -> str:
-    """The model as XML. Raises InputError without MuJoCo, AssemblyError."""
+    """The model as XML. Raises InputError if MuJoCo is not installed, AssemblyError."""
     try:
         import mujoco
     except ImportError:
@@ -53,7 +53,7 @@ def mjcf(graph: Graph) -> str:
 
 
 class _Pair(NamedTuple):
-    """A hinge or a slide about or along an axis that is given in the world, at home."""
+    """A hinge or slide; its axis and a point on it are given in the world, at home."""
 
     name: str
     slides: bool
@@ -65,7 +65,7 @@ class _Pair(NamedTuple):
 
 @dataclass
 class _Model:
-    """An MjSpec in the making; `placed` are the bodies there are, with their poses at home."""
+    """An MjSpec as it is built; `placed` are its bodies so far, with their poses at home."""
 
     mujoco: Any
     graph: Graph
@@ -81,7 +81,7 @@ class _Model:
         spec.compiler.degree = False
         spec.option.timestep = _STEP
         spec.option.integrator = self.mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-        spec.option.disableflags |= self.mujoco.mjtDisableBit.mjDSBL_GRAVITY  # masses are made up
+        spec.option.disableflags |= self.mujoco.mjtDisableBit.mjDSBL_GRAVITY  # masses are not real
         base = self.graph.bodies[0]
         self.placed = {base: (spec.worldbody.add_body(name=base), Pose(IDENTITY, ZERO))}
         self.taken = set(self.graph.bodies)
@@ -92,7 +92,7 @@ class _Model:
         self.radius = 0.02 * (max(float(np.linalg.norm(p)) for p in places) or 1.0)
 
     def hang(self, name: str, near: str, pose: Pose[float]) -> None:
-        """A body that stands at `pose` at home, as the child of another."""
+        """Adds a body as the child of another, at `pose` at home."""
         body, at = self.placed[near]
         here = at.inverse @ pose
         child = body.add_body(name=name, pos=here.p, quat=_quaternion(self.mujoco, here.R))
@@ -101,10 +101,10 @@ class _Model:
     def carry(
         self, joint: GraphJoint, near: str, far: str, pose: Pose[float], backwards: bool
     ) -> None:
-        """A body that stands at `pose` at home, on a joint's coordinates one after the other.
+        """Adds a body, at `pose` at home, on a joint's coordinates one after another.
 
-        Small bodies stand between these: MuJoCo could do without, but Pinocchio (4.1) overlooks
-        where all but the last joint of a body start from.
+        There are small bodies between them: MuJoCo does not need these, but Pinocchio (4.1)
+        ignores the positions of all but the last joint of a body.
         """
         order = list(zip(joint.coordinates, joint.pairs, strict=True))
         sign = -1.0 if backwards else 1.0
@@ -115,7 +115,7 @@ class _Model:
             coordinate, home = self.graph.coordinates[k], float(self.at.q[k])
             point = vector(as_array(self.at.axes[k].point))
             low, high = coordinate.limits
-            if k in self.graph.from_home:  # MuJoCo counts as the joint does
+            if k in self.graph.from_home:  # MuJoCo counts from the joint's zero
                 low, high = low + home, high + home
             pairs.append(_Pair(coordinate.name, pair.slides, axis, point, home, (low, high)))
             if pair.pitch:
@@ -158,7 +158,7 @@ class _Model:
             joint.range = pair.limits
 
     def close(self, joint: GraphJoint) -> None:
-        """A joint outside the tree: two sites that are to stay together."""
+        """Adds a joint outside the tree, as two sites that stay together."""
         names = self.graph.bodies
         parent, child = names[joint.parent], names[joint.child]
         kinds = self.mujoco.mjtEq
@@ -185,14 +185,16 @@ class _Model:
             name=joint.name,
             type=kind,
             objtype=self.mujoco.mjtObj.mjOBJ_SITE,
-            name1=other if kind == kinds.mjEQ_CONNECT else near,  # a reader keeps the first's name
+            name1=other
+            if kind == kinds.mjEQ_CONNECT
+            else near,  # a reader keeps the first one's name
             name2=near if kind == kinds.mjEQ_CONNECT else other,
             solref=_CLOSED,
             solimp=[0.99, 0.999, 0.001, 0.5, 2.0],
         )
 
     def _inside(self, joint: str, what: str = "link") -> str:
-        """A name for a small body within a joint."""
+        """An unused name for a small body within a joint."""
         name = f"{joint} {what}"
         while name in self.taken:
             name += "'"
@@ -208,7 +210,7 @@ class _Model:
         return name
 
     def draw(self, body: int, name: str) -> None:
-        """A body's points as sites, and a simple shape from joint to joint."""
+        """Adds a body's points as sites, and a simple shape from joint to joint."""
         ends = self._ends(body)
         for label, (of, p) in self.graph.points.items():
             if of == body:
@@ -227,7 +229,7 @@ class _Model:
                 self._capsule(name, joint.M.p, self._behind(joint), _GREY, 0.6)
 
     def _ends(self, body: int) -> dict[Vector[float], bool]:
-        """Where a body's joints are, and whether a motor is there."""
+        """Positions of a body's joints, and whether there is a motor."""
         ends: dict[Vector[float], bool] = {}
         for joint in self.graph.joints:
             for of, place in ((joint.parent, joint.F), (joint.child, joint.M)):
@@ -236,7 +238,7 @@ class _Model:
         return ends
 
     def _behind(self, joint: GraphJoint) -> Vector[float]:
-        """Where a piston's rod comes from: the middle of its cylinder, at home."""
+        """Where a piston's rod begins: the middle of its cylinder, at home."""
         middle = vector(np.mean(list(self._ends(joint.parent)), axis=0))
         pose = self.placed[self.graph.bodies[joint.parent]][1]
         here = self.placed[self.graph.bodies[joint.child]][1].inverse
@@ -279,7 +281,7 @@ class _Model:
             joint.name: mass * (self.graph.length**2 if joint.type == hinge else 1.0)
             for joint in self.spec.joints
         }
-        for joint in self.spec.joints:  # small bodies in stiff loops would shake
+        for joint in self.spec.joints:  # or small bodies in stiff loops would shake
             joint.armature = _ROTOR * inertias[joint.name]
             joint.damping = [_SERVO * joint.armature, 0.0, 0.0]
         moved = [c for c in self.graph.coordinates if c.actuated]
@@ -298,7 +300,7 @@ class _Model:
 
 
 def _in_full(spec: Any) -> str:
-    """The spec's XML, which MuJoCo writes with six digits, with all digits of what matters."""
+    """The spec's XML with all digits of what matters; MuJoCo writes six."""
     from lxml import etree
 
     root = parse_xml(spec.to_xml(), "MJCF")
@@ -309,7 +311,7 @@ def _in_full(spec: Any) -> str:
         "site": ("pos", "quat"),
     }
     for element in root.iter("body", "joint", "site"):
-        if element.get("joint1") is not None:  # no joint but a coupling of two
+        if element.get("joint1") is not None:  # not a joint but a coupling of two
             continue
         item = found[str(element.tag)](element.get("name"))
         for key in keys[str(element.tag)]:

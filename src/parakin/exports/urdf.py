@@ -1,9 +1,10 @@
 """A mechanism as URDF and a YAML file of its loops.
 
-URDF knows trees of single hinges and slides: a joint of several coordinates becomes a chain of
-them, X.1, X.2, ..., over links without a body. The loops go into a file of their own as pairs of
-links that coincide (Gepetto's convention): in a point (3d) at spherical joints and rods, as
-frames (6d) at all others. `home` in it is ours, coordinates counted from their joints' zeros.
+URDF has trees of single hinges and slides: a joint of several coordinates becomes a chain of
+them, X.1, X.2, ..., with links without a body between. The loops go into a separate file as pairs
+of links that coincide (Gepetto's convention): in a point (3d) at spherical joints and rods, as
+frames (6d) at all others. `home` in it is parakin's, with coordinates counted from their joints'
+zeros.
 """
 
 from __future__ import annotations
@@ -21,12 +22,15 @@ from parakin.model.graph import Graph
 from parakin.model.joints import GraphJoint
 from parakin.model.placement import about
 
-_UNBOUNDED = 1000.0  # URDF has no slide without limits [m], nor without these [N, m/s]
+_UNBOUNDED = 1000.0  # [m]: a slide must have limits in URDF
 _LOCKED = 1e-12
 
 
 def urdf(graph: Graph) -> tuple[str, str]:
-    """The tree as URDF and its loops as YAML. Raises InputError without lxml, AssemblyError."""
+    """The tree as URDF and its loops as YAML.
+
+    Raises InputError if lxml or PyYAML is not installed, AssemblyError.
+    """
     try:
         import yaml
         from lxml import etree
@@ -46,7 +50,7 @@ def urdf(graph: Graph) -> tuple[str, str]:
         robot.frame(name, graph.bodies[body], Pose(IDENTITY, p))
     etree.indent(robot.root)
     text = etree.tostring(robot.root, encoding="unicode") + "\n"
-    told = {
+    loops = {
         "closed_loop": [list(pair) for pair in robot.pairs],
         "type": robot.types,
         "name_mot": [c.name for c in graph.coordinates if c.actuated],
@@ -55,11 +59,11 @@ def urdf(graph: Graph) -> tuple[str, str]:
     header = (
         f"# Loops of {graph.mechanism.name}: pairs of links that coincide, and home [m, rad].\n"
     )
-    return text, header + yaml.safe_dump(told, sort_keys=False, default_flow_style=None)
+    return text, header + yaml.safe_dump(loops, sort_keys=False, default_flow_style=None)
 
 
 class _Robot:
-    """A URDF in the making, with its pairs of links to be closed."""
+    """A URDF as it is built, with the pairs of links that close its loops."""
 
     def __init__(self, graph: Graph, at: Configuration) -> None:
         from lxml import etree
@@ -82,7 +86,7 @@ class _Robot:
     def chain(
         self, joint: GraphJoint, near: str, far: str, end: Pose[float], backwards: bool
     ) -> None:
-        """A joint's coordinates, one after the other, from one link to another."""
+        """Adds a joint's coordinates one after another, from one link to another."""
         here = joint.M if backwards else joint.F
         if backwards:
             here = here @ Pose(joint.tail.T, ZERO)
@@ -118,7 +122,7 @@ class _Robot:
     ) -> None:
         low, high = self.graph.coordinates[k].limits
         home = float(self.at.q[k])
-        if k in self.graph.from_home:  # URDF counts as the joint does
+        if k in self.graph.from_home:  # URDF counts from the joint's zero
             low, high = low + home, high + home
         bounded = math.isfinite(low) and math.isfinite(high) and not pitch
         kind = "prismatic" if slides else "revolute" if bounded else "continuous"
@@ -152,13 +156,13 @@ class _Robot:
         self._joint(name, "fixed", near, far, here)
 
     def frame(self, name: str, body: str, at: Pose[float]) -> str:
-        """A link without a body, at a place on one that has."""
+        """Adds a link without a body, placed on one with a body. Returns its name."""
         name = self._fresh(name)
         self.fixed(f"{name} on {body}", body, name, at)
         return name
 
     def close(self, joint: GraphJoint) -> None:
-        """A joint outside the tree: two links that coincide."""
+        """Adds a joint outside the tree, as two links that coincide."""
         parent, child = self.graph.bodies[joint.parent], self.graph.bodies[joint.child]
         kind = "3d" if joint.kind in ("spherical", "rod") else "6d"
         if joint.kind == "rod":
@@ -169,12 +173,12 @@ class _Robot:
             near = self._fresh(f"{joint.name}_A")
             self.chain(joint, parent, near, NOWHERE, False)
         far = self.frame(f"{joint.name}_B", child, joint.M)
-        # Of links that become one body, a reader keeps the name of the first.
+        # If links become one body, a reader keeps the name of the first.
         self.pairs.append((near, far) if kind == "3d" else (far, near))
         self.types.append(kind)
 
     def _rod(self, joint: GraphJoint, parent: str) -> str:
-        """A rod on two hinges that stand at zero at home; the name of the link at its tip."""
+        """Adds a rod on two hinges, zero at home. Returns the name of the link at its tip."""
         poses = [self.at.pose(body) for body in (joint.parent, joint.child)]
         start, tip = (
             (pose @ place).p for pose, place in zip(poses, (joint.F, joint.M), strict=True)
@@ -199,7 +203,7 @@ class _Robot:
 
 
 def _rpy(R: Matrix[float]) -> Vector[float]:
-    """Turns about the fixed x, y and z axes, one after the other."""
+    """Roll, pitch and yaw: angles about the fixed x, y and z axes, in this order."""
     size = math.hypot(R[2][1], R[2][2])
     pitch = math.atan2(-R[2][0], size)
     if size < _LOCKED:

@@ -1,4 +1,4 @@
-"""Results to files: CSV, NetCDF or Parquet by suffix, window by window, whole or not at all."""
+"""Datasets written as CSV, NetCDF or Parquet, window by window, whole or not at all."""
 
 from __future__ import annotations
 
@@ -29,15 +29,16 @@ _BODY = {
 
 
 def check_output(path: Path) -> None:
-    """Raises InputError where `path` has no known suffix or its library is not installed."""
+    """Raises InputError if the suffix of `path` is unknown or its library is not installed."""
     needs = _NEEDS.get(path.suffix.lower(), ())
     check_suffix(path, SUFFIXES, dict(zip(needs, needs, strict=True)), "files")
 
 
 def frame(ds: xr.Dataset) -> pd.DataFrame:
-    """The Dataset as a flat table: `time`, `A2.position`, ..., `status`, `residual`.
+    """The Dataset as a flat table, SI, a row per sample: `time`, `A2.position`, ..., `status`,
+    `residual`.
 
-    Bodies, where there are any, come before the last two: `rod.position.x`, ...
+    Bodies, if there are any, come before the last two: `rod.position.x`, ...
     """
     import pandas as pd
 
@@ -58,9 +59,9 @@ def frame(ds: xr.Dataset) -> pd.DataFrame:
 
 
 def write(windows: Iterable[xr.Dataset], path: Path) -> None:
-    """Write consecutive windows of one result to `path`.
+    """Write consecutive windows of one result to `path`, in the format of its suffix.
 
-    Doubles are written in full. Nothing is left behind if it fails. Raises InputError where the
+    Doubles are written in full. If it fails, nothing is left behind. Raises InputError if the
     path cannot be written.
     """
     check_output(path)
@@ -74,7 +75,7 @@ def write(windows: Iterable[xr.Dataset], path: Path) -> None:
 
 
 def write_csv(windows: Iterable[xr.Dataset], stream: TextIO) -> None:
-    """CSV to an open stream."""
+    """Write consecutive windows of one result as CSV to an open stream."""
     for number, ds in enumerate(windows):
         frame(ds).to_csv(stream, index=False, header=number == 0, lineterminator="\n")
 
@@ -116,7 +117,7 @@ def _netcdf(windows: Iterable[xr.Dataset], path: Path) -> None:
             values = variable.values
             text = values.dtype.kind in "UO"
             attributes = dict(variable.attrs)
-            if values.dtype.kind == "b":  # as xarray writes them, and reads them back
+            if values.dtype.kind == "b":  # as xarray itself does
                 values, attributes["dtype"] = values.astype(np.int8), "bool"
             chunks = None
             if "time" in variable.dims:
@@ -145,7 +146,7 @@ def _netcdf(windows: Iterable[xr.Dataset], path: Path) -> None:
 
 
 class _DeferredFailure(io.FileIO):
-    """A file for HDF5, which crashes where a write fails: the failure is kept, to be told after."""
+    """A file for HDF5, which crashes if a write fails: the failure is kept and raised later."""
 
     _failure: OSError | None = None
 

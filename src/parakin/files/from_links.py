@@ -12,7 +12,7 @@ from parakin.model.mechanism import MAX_JOINTS, Body, Frame, Joint, Mechanism, P
 from parakin.model.placement import vector
 
 WORLD = "world"  # MuJoCo's name for what does not move
-_NOTHING = 1e-14  # [m]: a place this near to zero is round-off of it
+_NOTHING = 1e-14  # [m]: a coordinate this small is round-off
 
 
 def mechanism_of(
@@ -91,7 +91,7 @@ def _body_names(
 def _called(
     body: str, base: str, bodies: Sequence[str], owner: Mapping[str, tuple[str, Pose[float]]]
 ) -> str:
-    """A body's name; the world's is that of the first body that stands on it, if one does."""
+    """A body's name in the file; for the world, that of the first body fixed to it, if any."""
     if body == base == WORLD:
         return next((b for b in bodies if b != base and owner[b][0] == base), base)
     return body
@@ -142,7 +142,7 @@ def _pose_values(pose: Link | None) -> dict[str, float]:
 def _points(
     owner: Mapping[str, tuple[str, Pose[float]]], names: Mapping[str, str], pose: Link | None
 ) -> dict[str, dict[str, Vector[float]]]:
-    """By body, the links fixed to it as points, and the platform's reference point."""
+    """Points by body: the links fixed to it, and the platform's reference point."""
     points: dict[str, dict[str, Vector[float]]] = {body: {} for body in names}
     for name, (body, at) in owner.items():
         if name != body and body in points:
@@ -154,7 +154,7 @@ def _points(
 
 
 def _fit(name: str, known: dict[str, str]) -> str:
-    """A name of ours for another program's, the same for the same one and for no other."""
+    """A valid name made from another program's, different from all `known` ones; adds it there."""
     fit = re.sub(r"[^A-Za-z0-9_ '-]", "_", name)[:56].strip()
     if not re.match(r"[A-Za-z]", fit):
         fit = f"n{fit}"

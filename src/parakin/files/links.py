@@ -27,13 +27,13 @@ from parakin.errors import InputError
 from parakin.model.joints import PAIRS, THETA
 from parakin.model.placement import about
 
-_APART = 1e-6  # directions and places that differ by less are meant to be the same
+_APART = 1e-6  # directions and positions that differ by less are the same
 
 
 @dataclass(frozen=True)
 class Link:
-    """A joint as such a file has it: `F` on its parent, `M` on its child, which coincide where
-    the coordinates are zero. `values` are those of the file's own pose.
+    """A joint in such a file: frame `F` on its parent and `M` on its child, which coincide when
+    its coordinates are zero. `values` are its coordinates in the file's own pose [m, rad].
     """
 
     name: str
@@ -50,9 +50,9 @@ class Link:
 
 
 def screwed(links: Sequence[Link], screws: Sequence[Link], origin: str) -> list[Link]:
-    """Hinge and slide, one after the other, that a coupling makes a helical joint.
+    """Links with each hinge and slide that a coupling makes a screw replaced by one helical joint.
 
-    A coupling names the hinge as its parent and the slide as its child. Raises InputError.
+    screws: couplings, which name the hinge as parent and the slide as child. Raises InputError.
     """
     result = list(links)
     for screw in screws:
@@ -61,11 +61,11 @@ def screwed(links: Sequence[Link], screws: Sequence[Link], origin: str) -> list[
             for name in (screw.parent, screw.child)
         ]
         if not all(ends):
-            found = f"a joint of a screw made already, {screw.parent!r} or {screw.child!r}"
+            found = f"a joint that already belongs to a screw, {screw.parent!r} or {screw.child!r}"
             raise InputError(f"{origin}: {screw.name}", found, "one coupling for each joint")
         (hinge, *_), (slide, *_) = ends
         first, second = (hinge, slide) if hinge.child == slide.parent else (slide, hinge)
-        onto = first.M.inverse @ second.F  # the one joint's frame in the other's, at zero
+        onto = first.M.inverse @ second.F  # the second joint's frame in the first's, at zero
         off = Vector((onto.p[0], onto.p[1], 0.0))
         joined = [n for link in result for n in (link.parent, link.child)]
         alike = not _differ(onto.R.column(2), Vector((0.0, 0.0, 1.0))) and not _differ(off, ZERO)
@@ -91,9 +91,10 @@ def screwed(links: Sequence[Link], screws: Sequence[Link], origin: str) -> list[
 def rigid(
     base: str, links: Sequence[Link], origin: str
 ) -> tuple[list[Link], dict[str, tuple[str, Pose[float]]]]:
-    """Links fixed to one another as one body: joints that move, and every link's owner and place.
+    """Links with those that are fixed to one another made one body.
 
-    Raises InputError on links welded to themselves elsewhere.
+    Returns the joints that move, and for every link the body it belongs to and its place there.
+    Raises InputError on joints within one body.
     """
     names = dict.fromkeys([base, *(n for link in links for n in (link.parent, link.child))])
     owner = {n: (n, NOWHERE) for n in names}
@@ -119,7 +120,9 @@ def rigid(
                     "a loop",
                 )
             continue
-        if b == base or (a != base and joined[b] > joined[a]):  # the larger body keeps its name
+        if b == base or (
+            a != base and joined[b] > joined[a]
+        ):  # the body with more joints keeps its name
             a, b, here, there = b, a, there, here
         joined[a] += joined[b]
         shift = here @ there.inverse
@@ -138,9 +141,9 @@ def rigid(
 
 
 def gathered(links: Sequence[Link], kept: set[str]) -> list[Link]:
-    """Hinges and slides named X.1, X.2, ... one after the other, as the joint X they came from.
+    """Links with each chain of hinges and slides X.1, X.2, ... replaced by the joint X.
 
-    kept: bodies that are more than the inside of a joint.
+    kept: bodies that are not internal to a joint.
     """
     ends: dict[str, int] = {}
     onward: dict[tuple[str, str], Link] = {}
@@ -157,7 +160,7 @@ def gathered(links: Sequence[Link], kept: set[str]) -> list[Link]:
             if more is None or not _stem(link) or len(chain) == 6:
                 break
             chain.append(more)
-        whole = _whole(chain) if len(chain) > 1 and link.name not in inside else None
+        whole = _joint_of(chain) if len(chain) > 1 and link.name not in inside else None
         if whole is not None:
             inside |= {part.name for part in chain}
         result.append(whole or link)
@@ -168,16 +171,16 @@ def _stem(link: Link) -> str:
     return link.name.rpartition(".")[0]
 
 
-def _whole(chain: Sequence[Link]) -> Link | None:
-    """The joint made of single ones, or None where it is none that we know."""
+def _joint_of(chain: Sequence[Link]) -> Link | None:
+    """The joint that a chain of single ones makes, or None if it is of no known kind."""
     labels = [link.name.rpartition(".")[2] for link in chain]
     if all(label.isdecimal() for label in labels) and labels == sorted(labels, reverse=True):
-        chain = [_turned_round(link) for link in reversed(chain)]  # hung from its child
+        chain = [_reversed(link) for link in reversed(chain)]  # built from its child to its parent
     slides = tuple(link.kind == "prismatic" for link in chain)
     if not all(link.kind in ("prismatic", "revolute") and not link.pitch for link in chain):
         return None
     at = NOWHERE
-    frames = []  # of the joints, where all of them are at zero
+    frames = []  # of the joints, all at zero
     for link in chain:
         at = at @ link.F
         frames.append(at)
@@ -200,7 +203,7 @@ def _whole(chain: Sequence[Link]) -> Link | None:
             if _differ(axes.setdefault(axis, direction), direction):
                 break
         else:
-            R = _square(axes)
+            R = _frame_with(axes)
             if R is None:
                 continue
             F = Pose(R, origin)
@@ -219,8 +222,8 @@ def _whole(chain: Sequence[Link]) -> Link | None:
     return None
 
 
-def _turned_round(link: Link) -> Link:
-    """A hinge or slide from child to parent, its coordinate as before."""
+def _reversed(link: Link) -> Link:
+    """A hinge or slide with parent and child exchanged, its coordinate unchanged."""
     upside_down = Pose(matrix(((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))), ZERO)
     F, M = link.M @ upside_down, link.F @ upside_down
     return replace(link, parent=link.child, child=link.parent, F=F, M=M)
@@ -230,8 +233,8 @@ def _differ(a: Vector[float], b: Vector[float]) -> bool:
     return bool(max(abs(x) for x in a - b) > _APART)
 
 
-def _square(axes: Mapping[int, Vector[float]]) -> Matrix[float] | None:
-    """A frame with these of its axes given, or None where they are not square to one another."""
+def _frame_with(axes: Mapping[int, Vector[float]]) -> Matrix[float] | None:
+    """The frame with these axes, or None if they are not perpendicular and right-handed."""
     if len(axes) == 1 and 2 in axes:
         return about(axes[2])
     known = dict(axes)
@@ -249,7 +252,7 @@ def _square(axes: Mapping[int, Vector[float]]) -> Matrix[float] | None:
 
 
 def posed(base: str, links: Sequence[Link]) -> tuple[list[Link], Link | None]:
-    """The joints, and the one that only says where the platform is: free, and in a loop."""
+    """The joints, and separately the free one that only gives the platform's pose, if any."""
     free = [link for link in links if link.kind == "free" and not link.actuated]
     upright = [
         link

@@ -1,8 +1,8 @@
-"""MuJoCo models as mechanisms: bodies, joints and the loops that `connect` and `weld` close.
+"""MuJoCo models (MJCF) as mechanisms: bodies, joints, and the loops closed by connect and weld.
 
-MuJoCo's own compiler works out frames, defaults, units and anchors. It is given nothing but the
-model's skeleton: what is drawn, touched, weighed or read from other files is left out, so that no
-file is opened but the one that was named.
+MuJoCo's own compiler resolves frames, defaults, units and anchors. It sees only the skeleton of
+the model: shapes, contacts, masses and references to other files are left out, so that no file
+is opened but the one that the user named.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _NUMBERS = {
     *_TURN,
 }
 _LOCKED = 1e-12  # the cosine of the second of three angles at gimbal lock
-_HUGE = 1e10  # what MuJoCo itself takes for out of bounds
+_HUGE = 1e10  # out of bounds for MuJoCo too
 _ELSEWHERE = {
     "include": "one file, with what it includes written out",
     "attach": "one file, with what it attaches written out",
@@ -59,7 +59,10 @@ _ELSEWHERE = {
 
 
 def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
-    """The mechanism of a MuJoCo model. Raises InputError."""
+    """The mechanism in a MuJoCo model.
+
+    root: the XML. origin: the file, for messages. Raises InputError.
+    """
     try:
         import mujoco
     except ImportError:
@@ -73,7 +76,7 @@ def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
         raise InputError(origin, found, f"at most {4 * MAX_JOINTS}")
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of inertias, which are none of ours
+            warnings.simplefilter("ignore")  # about inertias, which do not matter here
             spec = mujoco.MjSpec.from_string(etree.tostring(skeleton, encoding="unicode"))
             model = spec.compile()
     except (ValueError, RuntimeError) as error:
@@ -91,7 +94,7 @@ def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
 
 
 def _skeleton(root: _Element, origin: str) -> _Element:
-    """A copy with the elements and attributes that kinematics needs. Raises InputError."""
+    """A copy with only the elements and attributes that kinematics needs. Raises InputError."""
     from lxml import etree
 
     def kept(element: _Element) -> _Element:
@@ -127,15 +130,15 @@ def _skeleton(root: _Element, origin: str) -> _Element:
 
 
 def _attributes(element: _Element, keys: set[str]) -> dict[str, str]:
-    """Those of an element's attributes that have these names, looked up one by one: to list all
-    takes lxml the square of their number.
+    """An element's attributes of these names, looked up one by one: listing all of them takes
+    lxml quadratic time.
     """
     found = {key: element.get(key) for key in sorted(keys)}
     return {key: value for key, value in found.items() if value is not None}
 
 
 def _check_numbers(text: str, place: str) -> None:
-    """Raises InputError on what MuJoCo would warn of in a file of its own, or not notice."""
+    """Raises InputError on numbers that MuJoCo would only log a warning about, or accept."""
     try:
         if "_" in text or not all(abs(float(word)) < _HUGE for word in text.split()):
             raise ValueError
@@ -144,7 +147,7 @@ def _check_numbers(text: str, place: str) -> None:
 
 
 def _home(root: _Element, model: Any) -> list[float]:
-    """The pose of the model's key frame "home", or the one it is written down in."""
+    """The pose of the key frame "home", or the model's first pose if there is none."""
     for key in root.iterfind("keyframe/key"):
         if key.get("name") == "home" and key.get("qpos") is not None:
             place = f"line {key.sourceline}: qpos"
@@ -163,7 +166,7 @@ def _actuated(root: _Element) -> set[str]:
 
 
 class _Model:
-    """What MuJoCo has compiled, in our terms."""
+    """A compiled MuJoCo model, read as links."""
 
     def __init__(self, mujoco: Any, model: Any, origin: str) -> None:
         self.mujoco, self.model, self.origin = mujoco, model, origin
@@ -175,7 +178,7 @@ class _Model:
         return self.model.joint(k).name or f"joint{k}"
 
     def links(self, body: int, pose: list[float], actuated: set[str]) -> list[Link]:
-        """A body's joints one after the other, with nameless bodies between them."""
+        """A body's joints in order, with nameless bodies between them."""
         model = self.model
         at = self._placement(model.body_pos[body], model.body_quat[body])
         near, name = self.body(int(model.body_parentid[body])), self.body(body)
@@ -207,7 +210,7 @@ class _Model:
         slides = kind == kinds.mjJNT_SLIDE
         R, ref = about(vector(model.jnt_axis[j])), float(model.qpos0[k])
         here = Pose(R, point)
-        # The file's pose has the joint at `ref`; ours has it at zero.
+        # In the file's pose the joint stands at `ref`; here it stands at zero.
         back = Pose(IDENTITY, Vector((0.0, 0.0, -ref)))
         if not slides:
             c, s = math.cos(ref), math.sin(ref)
@@ -227,7 +230,7 @@ class _Model:
         )
 
     def loops(self) -> list[Link]:
-        """What the equality constraints close. Two points that two bodies share are a hinge."""
+        """Loops closed by equality constraints. Two points shared by two bodies are a hinge."""
         model, kinds = self.model, self.mujoco.mjtEq
         made: list[Link] = []
         for i in range(model.neq):
@@ -259,7 +262,7 @@ class _Model:
         return self.body(bodies[0]), self.body(bodies[1]), F, M
 
     def _screw(self, i: int, name: str) -> Link:
-        """A slide that advances as a hinge turns, or the other way round; nothing else is known."""
+        """The coupling of a hinge and a slide as a screw. Raises InputError on any other."""
         model = self.model
         first, second = int(model.eq_obj1id[i]), int(model.eq_obj2id[i])
         ratio = float(model.eq_data[i][1])
@@ -285,7 +288,7 @@ class _Model:
 
 
 def _angles_of(R: Matrix[float]) -> tuple[float, float, float]:
-    """The angles about moving x, then y, then z that make R; the last is zero at gimbal lock."""
+    """Angles about the moving x, y and z axes, in this order; the last is 0 at gimbal lock."""
     (a, b, c), (_, e, f), (_, h, g) = R
     size = math.hypot(a, b)
     if size < _LOCKED:
@@ -294,7 +297,7 @@ def _angles_of(R: Matrix[float]) -> tuple[float, float, float]:
 
 
 def _hinges(loops: list[Link]) -> list[Link]:
-    """Pairs of points that the same two bodies share, as the hinge they make."""
+    """Replaces pairs of points shared by the same two bodies by the hinge they make."""
     made: list[Link] = []
     waiting: dict[tuple[str, str], Link] = {}
     for link in loops:
@@ -314,7 +317,7 @@ def _hinges(loops: list[Link]) -> list[Link]:
 
 
 def _hinge(a: Link, b: Link) -> Link | None:
-    """The hinge through two points that two bodies share; None where they are one point."""
+    """The hinge through two points shared by two bodies; None if the points coincide."""
     frames = []
     for p, q in ((a.F.p, b.F.p), (a.M.p, b.M.p)):
         along = q - p

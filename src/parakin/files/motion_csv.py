@@ -20,7 +20,7 @@ from parakin.motion.motion import Motion
 from parakin.motion.sampled import from_arrays
 
 MAX_BYTES = 2 * 10**9
-_RESULTS = re.compile(  # columns that our own results hold beside those of driven coordinates
+_RESULTS = re.compile(  # columns of our own results other than those of driven coordinates
     r"status|residual|conditioning"
     r"|.+\.(orientation|(angular_)?(position|velocity|acceleration|jerk))(\.[wxyz])?"
 )
@@ -44,15 +44,16 @@ def read_motion_csv(
 
     The header names the columns: `time`, for each driven coordinate (the keys of `dimensions`)
     `NAME` or `NAME.position` and, for all or for none, `NAME.velocity` and `NAME.acceleration`,
-    with which `NAME.jerk` may stand.
-    A unit may follow in brackets, `platform.x [mm]`; it is SI otherwise. Commas, semicolons or
-    tabs part the columns, whichever the header has most of; numbers have a decimal point. Lines
-    with # may stand before the header. The text is UTF-8.
+    to which `NAME.jerk` may be
+    added. A unit may follow in brackets, `platform.x [mm]`; otherwise it is SI. Columns are
+    separated by commas, semicolons or tabs, whichever the header has most of; numbers have a
+    decimal point. Lines with # may precede the header. The text is UTF-8.
 
-    So that a result can be a motion, columns of other coordinates and of bodies are left aside
-    if they say which quantity they hold (`A2.position`), and so are status, residual and
-    conditioning. `smoothing` and `max_gap` are those of `from_arrays`. Raises InputError, with
-    the file and where it can the line and column, on anything else.
+    So that a result can be a motion, columns of bodies and of other coordinates are ignored if
+    they name their quantity (`A2.position`), and so are status, residual and conditioning.
+
+    dimensions: LENGTH or ANGLE, by driven coordinate. smoothing, max_gap: as in `from_arrays`.
+    Raises InputError, with the file and, where possible, line and column, on anything else.
     """
     path = Path(path)
     lines = _lines(path)
@@ -83,7 +84,7 @@ def read_motion_csv(
 
 
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
-    """The header and what follows, with line numbers from 1; blank lines are left out."""
+    """The header and the lines below it, numbered from 1 in the file, without blank ones."""
     try:
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):
@@ -135,7 +136,7 @@ def _table(
 def _rows(
     lines: Iterator[tuple[int, str]], delimiter: str, width: int, place: str
 ) -> Iterator[str]:
-    """The lines, each checked to have `width` cells, which loadtxt does not where it picks."""
+    """The lines, each checked to have `width` cells: loadtxt with `usecols` does not."""
     for number, line in lines:
         where = f"{place}, line {number}"
         cells = len(_cells(line, delimiter, where)) if '"' in line else line.count(delimiter) + 1
@@ -147,7 +148,7 @@ def _rows(
 def _columns(
     headers: Sequence[str], dimensions: Mapping[str, Dimension], place: str
 ) -> dict[tuple[str, str], _Column]:
-    """The columns by coordinate and quantity, ("time", "") among them; others are left out."""
+    """Columns by coordinate and quantity, ("time", "") among them, without those to ignore."""
     columns: dict[tuple[str, str], _Column] = {}
     known = ["time", *dimensions, *(f"{n}.{q}" for n in dimensions for q in ORDERS)]
     for index, header in enumerate(headers):
@@ -188,7 +189,7 @@ def _complete(
     dimensions: Mapping[str, Dimension],
     place: str,
 ) -> bool:
-    """Whether there are columns of `quantity`; InputError if for some coordinates only."""
+    """Whether there are columns of `quantity`. Raises InputError if only some have one."""
     lacking = [name for name in dimensions if (name, quantity) not in columns]
     if 0 < len(lacking) < len(dimensions):
         found = f"columns of {quantity}, but none for {lacking[0]!r}"
@@ -197,11 +198,11 @@ def _complete(
 
 
 def _refuse_cell(path: Path, delimiter: str, wanted: Sequence[_Column]) -> None:
-    """Look for the first cell that is no finite number and refuse it."""
+    """Raises InputError on the first cell that is not a finite number."""
     for number, line in itertools.islice(_lines(path), 1, None):
         cells = _cells(line, delimiter, f"{path}, line {number}")
         for column, cell in ((c, cells[c.at]) for c in wanted if c.at < len(cells)):
-            try:  # like loadtxt, and unlike Python's float, no 1_000 and no digits beyond ASCII
+            try:  # as loadtxt, unlike float(), refuses 1_000 and digits beyond ASCII
                 sound = math.isfinite(float(cell)) and cell.isascii() and "_" not in cell
             except ValueError:
                 sound = False

@@ -1,4 +1,4 @@
-"""Motions as tables of a TOML file: a law of time for each driven coordinate."""
+"""Motions from TOML tables: a law of time for each driven coordinate."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from parakin.errors import InputError, nearest
+from parakin.files.parsing import flattened
 from parakin.model.expressions import ANGLE, FREQUENCY, TIME, Dimension, Parameters, Value
 from parakin.model.validation import Table, validated
 from parakin.motion.checks import SLACK, refuse_unless_positive
@@ -85,21 +86,15 @@ class _MotionTable(Table):
 
 
 def laws_by_coordinate(table: Mapping[str, Any], place: str) -> dict[str, Any]:
-    """Law tables by coordinate, `platform.x` being x inside platform where TOML nests them.
+    """Law tables by coordinate: a table that holds only tables is part of a coordinate's name.
 
-    A table of nothing but tables is a part of a name. Raises InputError on a name given twice.
+    Raises InputError on a name that is given twice.
     """
-    flat: dict[str, Any] = {}
-    for key, entry in table.items():
-        laws = {key: entry}
-        inner = list(entry.values()) if isinstance(entry, Mapping) else []
-        if inner and all(isinstance(value, Mapping) for value in inner):
-            below = laws_by_coordinate(entry, f"{place}.{key}")
-            laws = {f"{key}.{name}": law for name, law in below.items()}
-        for name in laws.keys() & flat.keys():
-            raise InputError(f"{place}.{name}", "two laws", "one")
-        flat |= laws
-    return flat
+    return flattened(table, place, lambda t: bool(t) and all(map(_is_table, t.values())))
+
+
+def _is_table(value: object) -> bool:
+    return isinstance(value, Mapping)
 
 
 def motion_from_table(
@@ -111,12 +106,12 @@ def motion_from_table(
     place: str,
     rate: float | None = None,
 ) -> Motion:
-    """The motion that a TOML table says: duration, rate, and laws by driven coordinate.
+    """The motion in a TOML table: duration, rate, and laws by driven coordinate.
 
-    `dimensions` names the driven coordinates, LENGTH or ANGLE each, and `home` has their values
-    [SI]: where laws start or oscillate unless they say otherwise, and where a coordinate without
-    a law rests. `rate` [samples per second] replaces the table's. Laws must begin and end within
-    the motion. Raises InputError, its place below `place`.
+    dimensions: LENGTH or ANGLE, by driven coordinate. home: their positions at home [m or rad],
+    where laws start or oscillate by default, and where a coordinate without a law rests. rate:
+    samples per second, instead of the table's. Laws must begin and end within the motion.
+    Raises InputError, with places below `place`.
     """
     table = dict(table)
     if isinstance(table.get("laws"), Mapping):
@@ -150,7 +145,9 @@ def _law(
     home: float,
     span: float,
 ) -> Law:
-    """The law that `table` says for a motion of `span` seconds; errors name its keys."""
+    """The law in `table` for a motion of `span` seconds. Raises InputError, with its keys as
+    places.
+    """
 
     def center(text: Value | None, key: str = "center") -> float:
         return home if text is None else value(text, dimension, key)

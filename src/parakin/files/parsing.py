@@ -1,10 +1,10 @@
-"""Text, TOML, YAML and XML parsed within bounds: of size, of depth, of numbers' length."""
+"""Text, TOML, YAML and XML, parsed within bounds: file size, nesting, length of numbers."""
 
 from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,17 +13,17 @@ from parakin.errors import InputError, not_installed, reason
 if TYPE_CHECKING:
     from lxml.etree import _Element
 
-MAX_BYTES = 1_000_000
+MAX_BYTES = 1_000_000  # of a text file
 _MAX_DEPTH = 12
 _MAX_DIGITS = 1000
-_MAX_BITS = 10_000  # of whole numbers; Python writes them out, in a message, up to some 14,000
+_MAX_BITS = 10_000  # of whole numbers; Python can format some 14,000 for a message
 _TOML_TEXT = re.compile(r"""\"(?:[^"\\\n]|\\.)*+"?|'[^'\n]*+'?""")
-_LONG_KEY = re.compile(r"(?:\.[ \t]*[\w-]++[ \t]*+){100}")  # a.b.c...: tomllib takes its square
+_LONG_KEY = re.compile(r"(?:\.[ \t]*[\w-]++[ \t]*+){100}")  # a.b.c...: tomllib takes quadratic time
 _TOO_DEEP = (f"lists or tables more than {_MAX_DEPTH} deep", f"at most {_MAX_DEPTH} levels")
 
 
 def read_text(path: Path) -> str:
-    """A small text file. Raises InputError where it is missing, a folder, too large or no text."""
+    """The text of a small UTF-8 file. Raises InputError if it is missing, too large or not text."""
     data = read_bytes(path, MAX_BYTES)
     try:
         text = data.decode("utf-8-sig")
@@ -36,7 +36,7 @@ def read_text(path: Path) -> str:
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """A file as it is. Raises InputError where it is missing, a folder or larger than `most`."""
+    """The bytes of a file. Raises InputError if it is missing or has more than `most`."""
     try:
         if path.is_dir():
             raise InputError(str(path), "a folder", "a file")
@@ -52,7 +52,7 @@ def read_bytes(path: Path, most: int) -> bytes:
 
 
 def parse_toml(text: str, origin: str) -> dict[str, Any]:
-    """TOML as nested tables. Raises InputError with the line of a syntax error."""
+    """TOML as nested tables. origin: the file, for messages. Raises InputError."""
     if _LONG_KEY.search(_TOML_TEXT.sub("text", text)):
         raise InputError(origin, *_TOO_DEEP)
     try:
@@ -67,15 +67,39 @@ def parse_toml(text: str, origin: str) -> dict[str, Any]:
     return table
 
 
+def flattened(
+    table: Mapping[str, Any], place: str, nested: Callable[[Mapping[str, Any]], bool] = bool
+) -> dict[str, Any]:
+    """Nested tables as one with dotted keys: TOML reads `platform.x = 1` as x inside platform.
+
+    nested: which tables are parts of names rather than values; by default, all but empty ones.
+    Raises InputError on a name that is given twice.
+    """
+    flat: dict[str, Any] = {}
+    for key, value in table.items():
+        inner = {key: value}
+        if isinstance(value, Mapping) and nested(value):
+            below = flattened(value, f"{place}.{key}", nested)
+            inner = {f"{key}.{name}": item for name, item in below.items()}
+        for name, item in inner.items():
+            if name in flat:
+                raise InputError(f"{place}.{name}", "two values", "one")
+            flat[name] = item
+    return flat
+
+
 def parse_yaml(text: str, origin: str) -> dict[str, Any]:
-    """YAML as nested tables, without references. Raises InputError with the line of an error."""
+    """YAML as nested tables, without references. origin: the file, for messages.
+
+    Raises InputError.
+    """
     try:
         import yaml
     except ImportError:
         raise not_installed(origin, "PyYAML") from None
 
     try:
-        depth = 0  # looked at first: libyaml's own stack is what deep nesting fills otherwise
+        depth = 0  # checked first, as deep nesting would overflow libyaml's own stack
         for event in yaml.parse(text, yaml.CSafeLoader):
             if isinstance(event, yaml.AliasEvent):
                 raise InputError(origin, "a reference (*name)", "values written out")
@@ -88,7 +112,7 @@ def parse_yaml(text: str, origin: str) -> dict[str, Any]:
         _check_nodes(node, origin)
         table = None if node is None else loader.construct_document(node)
     except yaml.MarkedYAMLError as error:
-        if "nesting" in (error.problem or ""):  # newer ones of PyYAML look at it themselves
+        if "nesting" in (error.problem or ""):  # newer versions of PyYAML check it themselves
             raise InputError(origin, *_TOO_DEEP) from None
         mark = error.problem_mark
         line = "" if mark is None else f", line {mark.line + 1}"
@@ -104,8 +128,8 @@ def parse_yaml(text: str, origin: str) -> dict[str, Any]:
 
 
 def _check_nodes(node: Any, origin: str) -> None:
-    """Raises InputError on a key that stands twice in a table, of which YAML takes the last, and
-    on numbers that take long to read.
+    """Raises InputError on repeated keys, since YAML keeps only the last, and on numbers that
+    take long to read.
     """
     waiting = [] if node is None else [node]
     while waiting:
@@ -128,7 +152,7 @@ def _check_nodes(node: Any, origin: str) -> None:
 
 
 def _check_values(table: object, origin: str) -> None:
-    """Raises InputError on tables too deep to be meant, and on numbers too long to be written."""
+    """Raises InputError on tables nested too deep, and on numbers too long for a message."""
     level, depth = [table], 0
     while level:
         depth += 1
@@ -147,7 +171,10 @@ def _check_values(table: object, origin: str) -> None:
 
 
 def parse_xml(text: str, origin: str) -> _Element:
-    """The root of an XML document that refers to nothing outside itself. Raises InputError."""
+    """The root of an XML document without entities. origin: the file, for messages.
+
+    Raises InputError.
+    """
     try:
         from lxml import etree
     except ImportError:
@@ -170,7 +197,9 @@ def parse_xml(text: str, origin: str) -> _Element:
 
 
 def numbers(text: str | None, count: int, default: Sequence[float], place: str) -> list[float]:
-    """An attribute of so many numbers. Raises InputError."""
+    """The numbers in an attribute, or `default` if it is missing. Raises InputError unless there
+    are `count` finite ones.
+    """
     if text is None:
         return list(default)
     try:

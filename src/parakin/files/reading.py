@@ -1,4 +1,4 @@
-"""Files read: mechanisms and motions, checked for size and shape before they mean anything."""
+"""Mechanisms and motions, by name or from a file of any format that parakin reads."""
 
 from __future__ import annotations
 
@@ -9,21 +9,19 @@ from pathlib import Path
 from typing import Any
 
 from parakin.errors import InputError, nearest
+from parakin.files.mechanism_toml import mechanism_from_table, table_at
 from parakin.files.motion_csv import read_motion_csv
 from parakin.files.motion_toml import motion_from_table
 from parakin.files.parsing import parse_toml, parse_xml, parse_yaml, read_text
 from parakin.model.expressions import Parameters, Value
 from parakin.model.graph import Graph
 from parakin.model.limbs import expand_limbs
-from parakin.model.mechanism import Body, Joint, Mechanism, Platform
-from parakin.model.validation import AnyModel, validated
+from parakin.model.mechanism import Mechanism
 from parakin.motion.motion import Motion
-
-_COORDINATE_TABLES = ("home", "stated", "guess", "limits")
 
 
 def catalogue() -> dict[str, str]:
-    """Mechanisms that come with parakin: name and title."""
+    """The mechanisms that come with parakin: titles by name."""
     return {
         name: str(tomllib.loads(_catalogue_text(name)).get("title", ""))
         for name in _catalogue_names()
@@ -57,10 +55,10 @@ def load(
     parameters: Mapping[str, Value] | None = None,
     loops: str | Path | None = None,
 ) -> Mechanism:
-    """A mechanism of the catalogue by name, or from a file by path: TOML, MJCF (.xml) or URDF.
+    """A mechanism of the catalogue by name, or from a TOML, MJCF (.xml) or URDF file by path.
 
-    parameters: overrides by name. loops: the YAML file that tells the loops of a URDF. No other
-    file is read than these. Raises InputError with file, place, found and expected.
+    parameters: overrides by name. loops: the YAML file that specifies the loops of a URDF. No
+    other file is read. Raises InputError with file, place, found and expected.
     """
     if _is_xml(mechanism):
         made = _from_xml(Path(mechanism), None if loops is None else Path(loops))
@@ -79,7 +77,7 @@ def _is_xml(mechanism: str | Path) -> bool:
 
 
 def _as_table(mechanism: Mechanism) -> dict[str, Any]:
-    """A mechanism as the tables of its file."""
+    """A mechanism as the tables of a TOML file."""
     table = mechanism.model_dump(exclude_defaults=True, exclude={"origin"})
     for key in ("bodies", "joints"):
         table[key] = {entry.pop("name"): entry for entry in table[key]}
@@ -87,7 +85,7 @@ def _as_table(mechanism: Mechanism) -> dict[str, Any]:
 
 
 def _from_xml(path: Path, loops: Path | None) -> Mechanism:
-    """A mechanism from MJCF or URDF, told apart by what the file says it is."""
+    """A mechanism from MJCF or URDF, whichever the root element says it is."""
     root = parse_xml(read_text(path), str(path))
     if root.tag == "mujoco":
         from parakin.files.mjcf import mechanism_from_mjcf
@@ -100,8 +98,8 @@ def _from_xml(path: Path, loops: Path | None) -> Mechanism:
     if root.tag == "robot":
         from parakin.files.urdf import mechanism_from_urdf
 
-        told = None if loops is None else parse_yaml(read_text(loops), str(loops))
-        return mechanism_from_urdf(root, str(path), told, str(loops))
+        table = None if loops is None else parse_yaml(read_text(loops), str(loops))
+        return mechanism_from_urdf(root, str(path), table, str(loops))
     raise InputError(str(path), f"<{root.tag}>", "<mujoco> (MJCF) or <robot> (URDF)")
 
 
@@ -110,10 +108,9 @@ def expanded(
     parameters: Mapping[str, Value] | None = None,
     loops: str | Path | None = None,
 ) -> str:
-    """A mechanism's file with variants, repeated limbs and overrides written out, as TOML; the
-    TOML for a model in MJCF or URDF.
+    """A mechanism as TOML, with variants, repeated limbs and overrides written out.
 
-    Raises InputError.
+    The arguments are those of `load`. Raises InputError.
     """
     import tomli_w
 
@@ -127,7 +124,7 @@ def expanded(
 
 
 def _tables(mechanism: str | Path) -> tuple[dict[str, Any], str]:
-    """The tables of a mechanism's file, laid over those it is a variant of, and its name."""
+    """The tables of a mechanism's file, merged into those it is a variant of, and its name."""
     path = Path(mechanism)
     known = _catalogue_names()
     if str(mechanism) in known:
@@ -150,7 +147,7 @@ def _is_name(text: str) -> bool:
 
 
 def _with_original(table: dict[str, Any], origin: str) -> dict[str, Any]:
-    """A variant's tables laid over those of the catalogue's mechanism it is a variant of."""
+    """A variant's tables merged into those of the catalogue's mechanism it is a variant of."""
     name = table.pop("variant_of", None)
     if name is None:
         return table
@@ -161,11 +158,11 @@ def _with_original(table: dict[str, Any], origin: str) -> dict[str, Any]:
     text = _catalogue_text(name)
     original = _with_original(parse_toml(text, name), name)
     for key in ("bodies", "joints"):
-        original.setdefault(key, {})  # of limbs alone there may be none
-        for inner, changes in _table(table.get(key, {}), f"{origin}: {key}").items():
+        original.setdefault(key, {})  # there are none if all are in limbs
+        for inner, changes in table_at(table.get(key, {}), f"{origin}: {key}").items():
             if inner in original[key]:
                 place = f"{origin}: {key}.{inner}"
-                original[key][inner] = {**original[key][inner], **_table(changes, place)}
+                original[key][inner] = {**original[key][inner], **table_at(changes, place)}
             else:
                 original[key][inner] = changes
         table.pop(key, None)
@@ -174,67 +171,6 @@ def _with_original(table: dict[str, Any], origin: str) -> dict[str, Any]:
         both = isinstance(value, dict) and isinstance(old, dict)
         original[key] = {**old, **value} if both else value  # type: ignore[dict-item]
     return original
-
-
-def mechanism_from_table(table: Mapping[str, Any], origin: str) -> Mechanism:
-    """A mechanism from the tables of its file; joints and bodies are tables by name.
-
-    Raises InputError.
-    """
-    data = expand_limbs(table, origin)
-    for key in ("bodies", "joints"):
-        if key not in data:
-            raise InputError(origin, f"no table [{key}]", f"[{key}.NAME] tables")
-    data["bodies"] = _listed(Body, data["bodies"], f"{origin}: bodies")
-    data["joints"] = _listed(Joint, data["joints"], f"{origin}: joints")
-    if "platform" in data:
-        place = f"{origin}: platform"
-        data["platform"] = validated(Platform, _table(data["platform"], place), place)
-    for key in _COORDINATE_TABLES:
-        if key in data:
-            data[key] = flattened(_table(data[key], f"{origin}: {key}"), f"{origin}: {key}")
-    if "origin" in data:
-        raise InputError(origin, "unknown key 'origin'", "no such key")
-    return Mechanism(**data, origin=origin)
-
-
-def _listed(model: type[AnyModel], tables: object, place: str) -> tuple[AnyModel, ...]:
-    """Tables by name as models that know their names."""
-    made = []
-    for name, table in _table(tables, place).items():
-        inner = _table(table, f"{place}.{name}")
-        if "name" in inner:
-            raise InputError(
-                f"{place}.{name}", "a key 'name'", "none: the name of the table is used"
-            )
-        made.append(validated(model, {"name": name, **inner}, f"{place}.{name}"))
-    return tuple(made)
-
-
-def _table(value: object, place: str) -> Mapping[str, Any]:
-    if not isinstance(value, Mapping):
-        raise InputError(place, f"{value!r:.80}", "a table")
-    return value
-
-
-def flattened(table: Mapping[str, Any], place: str) -> dict[str, Any]:
-    """Nested tables as one, their keys joined by dots: TOML reads `platform.x = 1` as nested.
-
-    Raises InputError on a table without keys, and on a name that is given both ways.
-    """
-    flat: dict[str, Any] = {}
-    for key, value in table.items():
-        inner = {key: value}
-        if isinstance(value, Mapping):
-            if not value:
-                raise InputError(f"{place}.{key}", "an empty table", "a value")
-            below = flattened(value, f"{place}.{key}")
-            inner = {f"{key}.{name}": item for name, item in below.items()}
-        for name, item in inner.items():
-            if name in flat:
-                raise InputError(f"{place}.{name}", "two values", "one")
-            flat[name] = item
-    return flat
 
 
 def load_motion(
@@ -247,9 +183,10 @@ def load_motion(
 ) -> Motion:
     """A motion of the mechanism by name, or from a TOML or CSV file by path.
 
-    driven: home position of each driven coordinate. rate: samples per second, of motions given
-    by laws. smoothing: standard deviation of the noise of sampled positions, SI. max_gap: the
-    longest step allowed between samples [s]. Raises InputError.
+    driven: home positions of the driven coordinates [m or rad]. rate: samples per second, for
+    motions given by laws. smoothing: standard deviation of the noise in sampled positions [m or
+    rad], one for all or by coordinate. max_gap: longest step allowed between samples [s].
+    Raises InputError.
     """
     mechanism = graph.mechanism
     dimensions = {name: graph.dimension(graph.index(name, "driven")) for name in driven}

@@ -1,9 +1,9 @@
-"""URDF as a mechanism: a tree of links, and loops told beside it or by elements that URDF lacks.
+"""URDF models as mechanisms: a tree of links, and loops, which URDF itself cannot describe.
 
-Loops are taken from `<loop>` (URDF+, Chignoli et al. 2024), from `<loop_joint>` (Isaac Sim), from
+Loops are read from `<loop>` (URDF+, Chignoli et al. 2024), from `<loop_joint>` (Isaac Sim), from
 a YAML file of `closures` (scikit-robot's loop_closures.yaml: a hinge's point and axis in the root
 link's frame, all joints at zero) or of `closed_loop`, `type` and `name_mot` (Gepetto's
-example-parallel-robots: pairs of links that coincide). Meshes and other files are never opened.
+example-parallel-robots: pairs of links that coincide). No mesh or other file is ever opened.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _KINDS = {
     "ball": "spherical",
 }
 _FREEDOMS = {"revolute": 1, "prismatic": 1, "free": 6, "planar": 3, "spherical": 3, "universal": 2}
-_UNBOUNDED = 1000.0  # [m]: what URDF has to say for "no limit" of a slide
+_UNBOUNDED = 1000.0  # [m]: a slide must have limits in URDF; these mean that it has none
 _TREE = (
     "Read from a URDF without loops: an open tree. If the robot has loops, name the file that "
     "specifies them: --loops FILE."
@@ -45,18 +45,22 @@ _TREE = (
 
 
 def mechanism_from_urdf(
-    root: _Element, origin: str, told: Mapping[str, Any] | None, told_in: str
+    root: _Element, origin: str, table: Mapping[str, Any] | None, table_origin: str
 ) -> Mechanism:
-    """The mechanism of a URDF. told: the tables of the file of its loops. Raises InputError."""
+    """The mechanism in a URDF model.
+
+    root: the XML. table: the contents of a separate file of loops, if there is one. origin,
+    table_origin: the two files, for messages. Raises InputError.
+    """
     if len(root) > 20 * MAX_JOINTS:
         raise InputError(origin, f"{len(root)} elements", f"at most {20 * MAX_JOINTS}")
     names = [_name(element, origin) for element in root.iterfind("link")]
     _distinct(names, "links", origin)
-    links, screws = _joints(root, names, origin, told or {})
+    links, screws = _joints(root, names, origin, table or {})
     base = _base(names, links, origin)
     loops = [*_loops(root, names, origin), *screws]
-    if told is not None:
-        more, links = _told(told, names, links, base, told_in)
+    if table is not None:
+        more, links = _from_table(table, names, links, base, table_origin)
         loops += more
     closed = any(link.kind != "screw" for link in loops)
     notes = "Read from URDF." if closed else _TREE
@@ -81,7 +85,7 @@ def _distinct(names: Sequence[str], what: str, origin: str) -> None:
 
 
 def _base(names: Sequence[str], links: Sequence[Link], origin: str) -> str:
-    """The link that is no joint's child. Raises InputError where the joints make no tree."""
+    """The link that is no joint's child. Raises InputError if the joints do not form a tree."""
     children = [link.child for link in links]
     twice = next((name for name in children if children.count(name) > 1), None)
     if twice is not None:
@@ -95,10 +99,10 @@ def _base(names: Sequence[str], links: Sequence[Link], origin: str) -> str:
 
 
 def _joints(
-    root: _Element, names: Sequence[str], origin: str, told: Mapping[str, Any]
+    root: _Element, names: Sequence[str], origin: str, table: Mapping[str, Any]
 ) -> tuple[list[Link], list[Link]]:
-    """The tree's joints, and couplings that make screws."""
-    dependent = told.get("dependent")
+    """The joints of the tree, and the couplings that make screws."""
+    dependent = table.get("dependent")
     solved = set(map(str, dependent)) if isinstance(dependent, list) else set()
     links, screws = [], []
     for element in root.iterfind("joint"):
@@ -154,11 +158,11 @@ def _origin(element: _Element | None, place: str) -> Pose[float]:
     if element is None:
         return NOWHERE
     p = vector(numbers(element.get("xyz"), 3, ZERO, f"{place}: xyz"))
-    return Pose(rotation(numbers(element.get("rpy"), 3, ZERO, f"{place}: rpy")), p)
+    return Pose(_rotation(numbers(element.get("rpy"), 3, ZERO, f"{place}: rpy")), p)
 
 
-def rotation(rpy: Sequence[float]) -> Matrix[float]:
-    """Turns about the fixed x, y and z axes, one after the other."""
+def _rotation(rpy: Sequence[float]) -> Matrix[float]:
+    """The rotation by roll, pitch and yaw: about the fixed x, y and z axes, in this order."""
     R = IDENTITY
     for axis, angle in reversed(list(enumerate(rpy))):
         if angle:
@@ -188,7 +192,7 @@ def _limits(element: _Element, kind: str, place: str) -> tuple[float, float] | N
 
 
 def _loops(root: _Element, names: Sequence[str], origin: str) -> list[Link]:
-    """Loops told in the URDF itself."""
+    """Loops in the URDF itself."""
     found = []
     for element in root.iter("loop", "loop_joint", "coupling"):
         name = _name(element, origin)
@@ -216,31 +220,31 @@ def _loops(root: _Element, names: Sequence[str], origin: str) -> list[Link]:
     return found
 
 
-def _told(
-    told: Mapping[str, Any], names: Sequence[str], links: Sequence[Link], base: str, place: str
+def _from_table(
+    table: Mapping[str, Any], names: Sequence[str], links: Sequence[Link], base: str, place: str
 ) -> tuple[list[Link], list[Link]]:
-    """Loops from a file of their own, and the tree's joints with what it says of them."""
-    known = {"closures", "closed_loop"} & set(told)
+    """Loops in a separate file, and the tree's joints as that file changes them."""
+    known = {"closures", "closed_loop"} & set(table)
     if not known:
         raise InputError(place, "no loops", "closures, or closed_loop and type")
     loops: list[Link] = []
     if "closed_loop" in known:
         ends = {link.name: link.child for link in links} | {name: name for name in names}
-        loops += _pairs(told, ends, place)
+        loops += _pairs(table, ends, place)
     if "closures" in known:
-        loops += _closures(told, names, links, base, place)
-    motors = _list(told.get("name_mot", told.get("independent", [])), f"{place}: motors")
-    values = told.get("home", {})
+        loops += _closures(table, names, links, base, place)
+    motors = _list(table.get("name_mot", table.get("independent", [])), f"{place}: motors")
+    values = table.get("home", {})
     if not isinstance(values, Mapping):
         raise InputError(f"{place}: home", f"{values!r:.80}", "positions by joint")
     joints = [link.name for link in links]
     for name in [*motors, *values]:
         if name not in joints:
             raise InputError(place, f"unknown joint {name!r:.80}", nearest(str(name), joints))
-    changed = _changed(told, place)
+    changed = _kinds_changed(table, place)
     made = []
     for link in links:
-        moved = _moved(link, changed.pop(link.name, None))
+        moved = _with_kind(link, changed.pop(link.name, None))
         at = moved.values
         if link.name in values and len(at) == 1:
             at = (_number(values[link.name], f"{place}: home.{link.name}"),)
@@ -256,10 +260,10 @@ def _told(
     return loops, made
 
 
-def _pairs(told: Mapping[str, Any], links: Mapping[str, str], place: str) -> list[Link]:
-    """Pairs of links that coincide; a joint's name stands for the link that it carries."""
-    pairs = _list(told["closed_loop"], f"{place}: closed_loop")
-    kinds = _list(told.get("type", ["6d"] * len(pairs)), f"{place}: type")
+def _pairs(table: Mapping[str, Any], links: Mapping[str, str], place: str) -> list[Link]:
+    """Loops from pairs of links that coincide; a joint's name stands for its child link."""
+    pairs = _list(table["closed_loop"], f"{place}: closed_loop")
+    kinds = _list(table.get("type", ["6d"] * len(pairs)), f"{place}: type")
     if len(kinds) != len(pairs):
         found = f"{len(kinds)} types for {len(pairs)} loops"
         raise InputError(f"{place}: type", found, "a type for each")
@@ -282,17 +286,17 @@ def _pairs(told: Mapping[str, Any], links: Mapping[str, str], place: str) -> lis
 
 
 def _shared(a: str, b: str) -> str:
-    """What two names begin with: loop1 of loop1_A and loop1_B."""
+    """What two names have in common at the start: loop1 of loop1_A and loop1_B."""
     same = [x == y for x, y in zip(a, b, strict=False)]
     return a[: [*same, False].index(False)].rstrip("_")
 
 
 def _closures(
-    told: Mapping[str, Any], names: Sequence[str], links: Sequence[Link], base: str, place: str
+    table: Mapping[str, Any], names: Sequence[str], links: Sequence[Link], base: str, place: str
 ) -> list[Link]:
     poses = _poses(links, base)
     loops = []
-    for k, closure in enumerate(_list(told["closures"], f"{place}: closures")):
+    for k, closure in enumerate(_list(table["closures"], f"{place}: closures")):
         where = f"{place}: closures[{k}]"
         if not isinstance(closure, Mapping):
             raise InputError(where, f"{closure!r:.80}", "link_a, link_b, point and axis")
@@ -326,10 +330,10 @@ def _poses(links: Sequence[Link], base: str) -> dict[str, Pose[float]]:
     return poses
 
 
-def _changed(told: Mapping[str, Any], place: str) -> dict[str, str]:
-    """Joints that the file makes into others, by name."""
-    names = _list(told.get("joint_name", []), f"{place}: joint_name")
-    kinds = _list(told.get("joint_type", []), f"{place}: joint_type")
+def _kinds_changed(table: Mapping[str, Any], place: str) -> dict[str, str]:
+    """The kinds that the file changes joints to, by name."""
+    names = _list(table.get("joint_name", []), f"{place}: joint_name")
+    kinds = _list(table.get("joint_type", []), f"{place}: joint_type")
     if len(names) != len(kinds):
         found = f"{len(kinds)} types for {len(names)} joints"
         raise InputError(f"{place}: joint_type", found, "a type for each")
@@ -343,11 +347,11 @@ def _changed(told: Mapping[str, Any], place: str) -> dict[str, str]:
     return {str(name): str(kind) for name, kind in zip(names, kinds, strict=True)}
 
 
-def _moved(link: Link, kind: str | None) -> Link:
-    """A joint as the file of loops has it, in the frame that it has in the URDF."""
+def _with_kind(link: Link, kind: str | None) -> Link:
+    """A joint with its kind as in the file of loops, and its frame as in the URDF."""
     if kind is None:
         return link
-    F = link.F @ link.M.inverse  # less the frame of its own axis
+    F = link.F @ link.M.inverse  # without the frame of its own axis
     if kind == "FIXED":
         return Link(link.name, "fixed", link.parent, link.child, F)
     if kind == "SPHERICAL":

@@ -1,4 +1,4 @@
-"""Files written: whole or not at all, and checked before anything is computed for them."""
+"""Files written whole or not at all, and checked before anything is computed for them."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from parakin.errors import InputError, nearest, not_installed, reason
 
 
 def check_suffix(path: Path, suffixes: Sequence[str], needs: Mapping[str, str], extra: str) -> None:
-    """Raises InputError where the suffix is none of these, or a module it needs is missing.
+    """Raises InputError if the suffix is none of these, or a module it needs is missing.
 
-    needs: names of libraries by module. extra: which of parakin's brings them.
+    needs: names of libraries by module. extra: the one of parakin's that installs them.
     """
     if path.suffix.lower() not in suffixes:
         found = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
@@ -26,7 +26,7 @@ def check_suffix(path: Path, suffixes: Sequence[str], needs: Mapping[str, str], 
 
 
 def check_writable(path: Path) -> None:
-    """Raises InputError where `path` cannot be written, before anything is computed for it."""
+    """Raises InputError if `path` cannot be written."""
     target = _target(path)
     with _as_input_error(path), tempfile.TemporaryFile(dir=target.parent):
         pass
@@ -34,9 +34,9 @@ def check_writable(path: Path) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary path beside `path`, moved over it at the end; removed if anything fails.
+    """A temporary path in the same folder, moved to `path` at the end; removed if anything fails.
 
-    A link is followed. Raises InputError where it cannot be written.
+    Links are followed. Raises InputError if `path` cannot be written.
     """
     target = _target(path)
     with _as_input_error(path):
@@ -57,7 +57,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def _as_input_error(path: Path) -> Iterator[None]:
-    """What the system says against `path`, as InputError."""
+    """Turns an OSError into an InputError about `path`."""
     try:
         yield
     except OSError as error:
@@ -65,7 +65,7 @@ def _as_input_error(path: Path) -> Iterator[None]:
 
 
 def _target(path: Path) -> Path:
-    """The file that `path` or the link there stands for. Raises InputError if it is none."""
+    """The file that `path` leads to, links followed. Raises InputError if it is not a file."""
     try:
         with _as_input_error(path):
             target = path.resolve()

@@ -1,4 +1,4 @@
-"""A mechanism's expressions evaluated, its bodies, joints and coordinates numbered."""
+"""From a mechanism to its graph: expressions evaluated; bodies, joints, coordinates numbered."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ _UNLIMITED = (-math.inf, math.inf)
 
 
 def graph_of(mechanism: Mechanism) -> Graph:
-    """A mechanism in numbers, SI. Raises InputError with the place of the first thing that does
-    not evaluate.
+    """A mechanism in numbers, SI.
+
+    Raises InputError at the first expression that cannot be evaluated.
     """
     where = mechanism.where
     parameters = Parameters(mechanism.parameters, where)
@@ -102,7 +103,7 @@ def _joint(
 
 
 def _coordinates(joint: Joint, made: GraphJoint, number: int, place: str) -> list[Coordinate]:
-    """The coordinates of joint `number`, named X where there is one, else X.1, X.2, ..."""
+    """The coordinates of joint `number`: X if there is one, else X.1, X.2, ..."""
     count = len(made.pairs)
     actuated = joint.actuated
     if isinstance(actuated, bool):
@@ -151,7 +152,7 @@ def _pose_coordinates(platform: Platform, number: int) -> list[Coordinate]:
 
 
 class _Named:
-    """What a mechanism says of its coordinates and cone angles by name."""
+    """What a mechanism specifies for coordinates and cone angles by name."""
 
     def __init__(
         self,
@@ -183,7 +184,7 @@ class _Named:
                 _check_known(name, f"{self.mechanism.where}: {key}", self.numbers)
 
     def positions(self, table: str) -> dict[int, float]:
-        """One of the tables of positions, by the coordinates' numbers."""
+        """A table of positions (home, stated or guess) by number."""
         found: dict[int, float] = {}
         for name, text in getattr(self.mechanism, table).items():
             place = f"{self.mechanism.where}: {table}.{name}"

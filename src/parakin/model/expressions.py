@@ -1,8 +1,8 @@
 """Quantities and expressions as text ("850 mm", "d2 + d3 + d4"), evaluated safely to SI.
 
 A number followed by a unit is a quantity; every other name is a parameter, so a parameter may be
-called `h` or `m`. The text is parsed by Python's own grammar and walked over a short list of
-permitted nodes: nothing in it can be called, indexed or imported. Units are looked up with pint.
+called `h` or `m`. The text is parsed by Python's own parser, and only a short list of nodes is
+evaluated: nothing in it can be called, indexed or imported. Units are looked up with pint.
 
 Dimensions are checked as exponents of length, time and angle. A bare number fits any dimension
 and is taken as SI (metre, radian, second).
@@ -39,7 +39,7 @@ MAX_CHARACTERS = 500
 _NAMES = {BARE: "a number", LENGTH: "a length", ANGLE: "an angle", TIME: "a time"} | {
     FREQUENCY: "a frequency"
 }
-_QUANTITY = re.compile(  # the number as a whole: 1e-3 is not one e (electron charge) less 3
+_QUANTITY = re.compile(  # the whole number: 1e-3 is not one e (electron charge) minus 3
     r"(?<![\w.])((?>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?))\s*"
     r"((?:[^\W\d_]|°)+(?:/s(?:\^[23]|\*\*[23]|[²³])?)?)(?![\w.(])"
 )
@@ -52,7 +52,7 @@ class _Quantity:
     dimension: Dimension
 
 
-# The units of most files, so that these need not wait for the import of pint (0.2 s).
+# The units in most files, which need not wait for the import of pint (0.2 s).
 _COMMON = {
     "m": _Quantity(1.0, LENGTH),
     "mm": _Quantity(1e-3, LENGTH),
@@ -62,12 +62,12 @@ _COMMON = {
     "Hz": _Quantity(1.0, FREQUENCY),
 }
 
-# What messages list; any other unit that pint knows is taken too.
+# Listed in messages; any other unit that pint knows is accepted too.
 _USUAL = ("m", "mm", "cm", "um", "in", "ft", "rad", "mrad", "deg", "s", "ms", "min", "Hz", "rpm")
 
 
 class _Refusal(Exception):  # noqa: N818
-    """Why an expression has no value, and what should stand there instead."""
+    """Why an expression has no value, and what was expected instead."""
 
     def __init__(self, reason: str, expected: str = "") -> None:
         super().__init__(reason)
@@ -190,7 +190,7 @@ def _binary(node: ast.BinOp, a: _Quantity, b: _Quantity) -> _Quantity:
 
 def _walk(node: ast.AST, look_up: Callable[[str], _Quantity]) -> _Quantity:
     quantity = _value(node, look_up)
-    if not math.isfinite(quantity.value):  # of every part: 1/1e999 would hide it
+    if not math.isfinite(quantity.value):  # checked for every part: 1/1e999 would hide it
         raise OverflowError
     return quantity
 
@@ -221,13 +221,16 @@ def _value(node: ast.AST, look_up: Callable[[str], _Quantity]) -> _Quantity:
 
 
 def is_parameter_name(name: str) -> bool:
-    """Whether an expression can refer to `name`: pi, functions and Python's own words are taken."""
+    """Whether `name` can be used in expressions: pi, functions and Python keywords cannot."""
     taken = name == "pi" or name in _FUNCTIONS or keyword.iskeyword(name)
     return name.isidentifier() and not taken
 
 
 class Parameters:
-    """Named values, each a number or an expression in the others, evaluated on demand."""
+    """Named values, each a number or an expression in the others, evaluated on demand to SI.
+
+    owner: prefix of the places in messages, such as a file.
+    """
 
     def __init__(self, expressions: Mapping[str, Value], owner: str = "") -> None:
         self._prefix = f"{owner}: " if owner else ""
@@ -238,8 +241,8 @@ class Parameters:
     def evaluate(self, text: Value, dimension: Dimension, place: str) -> float:
         """The value of `text` in SI.
 
-        Raises InputError, naming `place`, where it cannot be parsed or evaluated, is not finite,
-        or is not of `dimension` (a bare number always is).
+        Raises InputError, naming `place`, if it cannot be parsed or evaluated, is not finite, or
+        is not of `dimension` (a bare number always is).
         """
         quantity = self._quantity(text, place)
         if quantity.dimension not in (dimension, BARE):
@@ -249,11 +252,11 @@ class Parameters:
         return quantity.value
 
     def all(self) -> dict[str, float]:
-        """Every parameter in SI, in the order given."""
+        """All parameters in SI, in the order given. Raises InputError."""
         return {name: self._look_up(name).value for name in self._expressions}
 
     def dimension(self, name: str) -> Dimension:
-        """Of a parameter; BARE where it is a number without a unit."""
+        """The dimension of a parameter; BARE for a number without a unit. Raises InputError."""
         return self._look_up(name).dimension
 
     def _quantity(self, text: Value, place: str) -> _Quantity:
@@ -277,7 +280,7 @@ class Parameters:
                 place, f"{len(text)} characters", f"an expression of at most {MAX_CHARACTERS}"
             )
         units: list[_Quantity] = []
-        marker = "_unit"  # stands for a unit, under a name that the text does not use
+        marker = "_unit"  # stands for a unit, with a name that the text does not use
         while marker in unicodedata.normalize("NFKC", text):
             marker = f"_{marker}"
 
@@ -303,10 +306,10 @@ class Parameters:
             if "#" in text:
                 raise _Refusal("it contains a #, which would hide the rest")
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # Python's, about text that is refused below
+                warnings.simplefilter("ignore")  # Python's own, about text that is refused below
                 tree = ast.parse(_QUANTITY.sub(mark, text).strip(), mode="eval")
             return _walk(tree.body, look_up)
-        except InputError:  # of a parameter it stands on: that is the place to mend
+        except InputError:  # in a parameter it depends on, which is what has to be corrected
             raise
         except _Refusal as refusal:
             reason, expected = str(refusal), refusal.expected
@@ -319,7 +322,7 @@ class Parameters:
             reason = "it overflows"
         except (RecursionError, MemoryError):
             reason, expected = "it is nested too deeply", "a simpler expression"
-        except ValueError:  # of a function of math, or a null character
+        except ValueError:  # from a function of math, or a null character
             reason = "it has no real value"
         raise InputError(place, f"{text!r}: {reason}", expected)
 

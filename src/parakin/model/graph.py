@@ -22,8 +22,8 @@ from parakin.model.placement import snapped
 class Tree:
     """A spanning tree of the joint graph.
 
-    `steps` leads from the base to every body: (joint, reversed), the body it starts from being
-    placed already; `cuts` are the joints left out, whose loops must close.
+    steps: from the base to every body, (joint, reversed); each starts at a body that has been
+    placed. cuts: the joints left out, which close loops.
     """
 
     steps: tuple[tuple[int, bool], ...]
@@ -32,10 +32,13 @@ class Tree:
 
 @dataclass(frozen=True)
 class Graph:
-    """A mechanism in numbers. Body 0 is the base.
+    """A mechanism in numbers, SI. Body 0 is the base.
 
-    `twins`: by joint of three turns, another one beside it whose angles count from an orientation
-    nearby (`recentred`).
+    points: by `body.point`, the body and the point in its components. cones: by cone angle, its
+    joint and limits. home, stated, guess: by coordinate, as in the Mechanism. from_home: the
+    coordinates that are counted from home. length: the characteristic length. twins: by joint
+    of three turns, a second joint whose angles are counted from a nearby orientation
+    (`recentred`).
     """
 
     mechanism: Mechanism
@@ -53,7 +56,7 @@ class Graph:
     twins: Mapping[int, int] = field(default_factory=dict)
 
     def index(self, name: str, place: str) -> int:
-        """The number of a coordinate. Raises InputError on an unknown name."""
+        """The number of a coordinate. Raises InputError, naming `place`, if there is none."""
         for number, coordinate in enumerate(self.coordinates):
             if coordinate.name == name:
                 return number
@@ -68,23 +71,24 @@ class Graph:
         return [n for k, _ in tree.steps for n in self.joints[k].coordinates]
 
     def limits(self, name: str) -> tuple[float, float]:
-        """Of a coordinate or a cone angle, infinite where none are given. Raises InputError."""
+        """Limits of a coordinate or cone angle, infinite if none are given. Raises InputError."""
         if name in self.cones:
             return self.cones[name][1]
         return self.coordinates[self.index(name, "limits")].limits
 
     def holder(self, name: str) -> int:
-        """The number of the joint of a coordinate or a cone angle. Raises InputError."""
+        """The joint that a coordinate or cone angle belongs to. Raises InputError."""
         if name in self.cones:
             return self.cones[name][0]
         return self.coordinates[self.index(name, "limits")].joint
 
     def dimension(self, coordinate: int) -> Dimension:
+        """ANGLE or LENGTH."""
         return ANGLE if self.coordinates[coordinate].angle else LENGTH
 
     @property
     def platform(self) -> int | None:
-        """The platform's free joint."""
+        """The number of the free joint that is the platform's pose, if there is a platform."""
         return next((k for k, joint in enumerate(self.joints) if joint.name == "platform"), None)
 
     def tree(
@@ -93,13 +97,12 @@ class Graph:
         second: Collection[int] = (),
         last: Collection[int] = (),
     ) -> Tree:
-        """The spanning tree that keeps joints `first` where it can, then joints `second`, and
-        joints `last`, and those that have a twin, only where it must.
+        """The spanning tree that keeps joints `first` if possible, then joints `second`, and
+        only if necessary joints `last` and those that have a twin.
 
-        Otherwise it leaves out the joints of most freedom, since they close a loop with the
-        fewest rows: spherical joints before revolute ones; of equals passive joints before
-        actuated ones, turns before slides, those between moving bodies, and the later in the
-        file.
+        Otherwise it cuts the joints with most freedoms, since they close a loop with the fewest
+        rows: spherical before revolute. Among equals it cuts passive before actuated joints,
+        turns before slides, those between moving bodies, and those later in the file.
         """
 
         def order(k: int) -> tuple[bool, int, int, bool, bool, bool, int]:
@@ -107,7 +110,7 @@ class Graph:
             spare = k in last or k in self.twins
             rank = 0 if k in first else 1 if k in second else 3 if spare else 2
             slides = any(pair.slides for pair in joint.pairs)
-            # A screw cannot be cut: its row would have to know how often it has turned.
+            # A screw cannot be cut: its row would need to know how often it has turned.
             return (
                 joint.kind != "helical",
                 rank,
@@ -130,15 +133,16 @@ class Graph:
         return self.tree_of(kept)
 
     def posed_tree(self) -> Tree:
-        """The tree that keeps the platform's pose, and so cuts what carries it: at an end of its
-        range a spherical joint in the tree would seem to lack a freedom.
+        """The tree that contains the platform's pose, and so cuts the joints that carry it.
+
+        A spherical joint in the tree would seem to lack a freedom at the end of its range.
         """
         if self.platform is None:
             return self.tree()
         return self.tree(first=[self.twins.get(self.platform, self.platform)])
 
     def tree_of(self, kept: Sequence[int]) -> Tree:
-        """The tree made of just these joints, walked from the base outwards."""
+        """The tree that consists of these joints, from the base outwards."""
         steps: list[tuple[int, bool]] = []
         placed, waiting = {0}, sorted(kept)
         while waiting:
@@ -152,11 +156,11 @@ class Graph:
         return Tree(tuple(steps), cuts)
 
     def recentred(self, number: int, R_FM: Matrix[float]) -> Graph:
-        """With a twin beside a joint of three turns, whose angles vanish at orientation `R_FM`.
+        """The graph with a twin of a joint of three turns, whose angles are 0 at `R_FM`.
 
-        Three angles are not defined everywhere; the twin's are, near that orientation. It is a
-        joint that is free, closes nothing, and takes the other's place in trees; its coordinates
-        come after all others.
+        Three angles are not defined everywhere; the twin's are, near that orientation. The twin
+        is a free joint, closes nothing, and replaces the other in trees; its coordinates come
+        after all others.
         """
         joint = self.joints[number]
         slides = tuple(pair for pair in joint.pairs if pair.slides)
@@ -184,7 +188,7 @@ class Graph:
 
     @property
     def plain(self) -> Graph:
-        """Without the twins."""
+        """The graph without twins."""
         if not self.twins:
             return self
         joints = self.joints[: -len(self.twins)]
@@ -192,7 +196,7 @@ class Graph:
         return replace(self, joints=joints, coordinates=self.coordinates[:count], twins={})
 
     def split(self, number: int) -> Graph:
-        """The same with a joint of several freedoms as a chain of single ones, nothing between.
+        """The graph with a joint of several freedoms split into a chain of single ones.
 
         Coordinates keep their numbers and names; the joint's cone angle is lost.
         """

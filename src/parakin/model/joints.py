@@ -1,7 +1,7 @@
-"""Joints in numbers: chains of pairs that turn about, or slide along, one axis each.
+"""Joints in numbers.
 
-Every joint is a chain of pairs, each about or along one axis of a moving frame; revolute and
-prismatic pairs carry the whole theory.
+Every joint is a chain of revolute and prismatic pairs, each about or along one axis of a moving
+frame; these two carry the whole theory.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Pair(NamedTuple):
 X_TURN, Y_TURN, Z_TURN = (Pair(False, axis) for axis in range(3))
 X_SLIDE, Y_SLIDE, Z_SLIDE = (Pair(True, axis) for axis in range(3))
 
-# Theta of eq. (2), active: it turns z onto x, the second axis of a universal joint.
+# Theta of eq. (2), active: it turns z into x, the second axis of a universal joint.
 THETA: Matrix[float] = matrix(((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)))
 
 PAIRS: dict[str, tuple[Pair, ...]] = {
@@ -44,9 +44,10 @@ PAIRS: dict[str, tuple[Pair, ...]] = {
 
 @dataclass(frozen=True)
 class GraphJoint:
-    """A joint in numbers: frame F on its parent, M on its child, pairs and tail between.
+    """A joint in numbers: frame F on its parent and M on its child, with pairs and tail between.
 
-    R_FM = turn(pair 1) turn(pair 2) ... tail; `first` numbers its first coordinate.
+    R_FM = turn(pair 1) turn(pair 2) ... tail. parent, child: numbers of bodies. first: the number
+    of its first coordinate. length: a rod's [m].
     """
 
     name: str
@@ -63,22 +64,23 @@ class GraphJoint:
 
     @property
     def coordinates(self) -> range:
+        """The numbers of its coordinates."""
         return range(self.first, self.first + len(self.pairs))
 
     @property
     def proper(self) -> bool:
-        """Whether the first and last of three turns are about the same axis (Euler's own)."""
+        """Whether the first and last of three turns share an axis (proper Euler angles)."""
         axes = [pair.axis for pair in self.pairs if not pair.slides]
         return len(axes) == 3 and axes[0] == axes[-1]
 
     @property
     def turns(self) -> list[int]:
-        """Those of its coordinates that are angles."""
+        """The numbers of its coordinates that are angles."""
         return [k for k, pair in zip(self.coordinates, self.pairs, strict=True) if not pair.slides]
 
 
 class Coordinate(NamedTuple):
-    """One joint coordinate; `limits` in SI, infinite where none is given."""
+    """One coordinate of joint number `joint`; `limits` in SI, infinite if none are given."""
 
     name: str
     joint: int
@@ -88,4 +90,5 @@ class Coordinate(NamedTuple):
 
     @property
     def unit(self) -> str:
+        """The SI unit: rad or m."""
         return "rad" if self.angle else "m"

@@ -1,8 +1,8 @@
-"""Limbs that repeat, written once in a file and spelt out here, one by one.
+"""Limbs that repeat: written once in a file, and expanded here one by one.
 
-A table `[limbs.NAME]` holds `count` and tables as at the top of a file. In their keys and texts
-`{i}` stands for the limb's number, 1 to count; in expressions `i` does, and every name in `each`
-for that limb's value in its list.
+A table `[limbs.NAME]` holds `count` and tables like those at the top of a file. `{i}` in their
+keys and texts stands for the limb's number, 1 to count, and so does `i` in expressions, where
+every name in `each` stands for that limb's value in its list.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from parakin.model.expressions import Value
 from parakin.model.validation import Table, validated
 
 MAX_LIMBS = 1000
-_MAX_TEXT = 1_000_000  # characters when spelt out, as much as a file may have
+_MAX_TEXT = 1_000_000  # characters when expanded, as many as a file may have
 _PLAIN = ("kind", "parent", "child", "file")  # texts that are names, never expressions
 
 
@@ -33,9 +33,10 @@ class _Limb(Table):
 
 
 def expand_limbs(table: Mapping[str, Any], origin: str) -> dict[str, Any]:
-    """The tables of a file with its `[limbs]` written out limb by limb.
+    """The tables of a file with its `[limbs]` expanded limb by limb.
 
-    Raises InputError on limbs of the wrong form, lists of the wrong length, names used twice.
+    origin: the file, for messages. Raises InputError on limbs of the wrong form, lists of the
+    wrong length, and repeated names.
     """
     result = {key: value for key, value in table.items() if key != "limbs"}
     limbs = table.get("limbs", {})
@@ -66,7 +67,7 @@ def expand_limbs(table: Mapping[str, Any], origin: str) -> dict[str, Any]:
 
 
 def _size(data: Mapping[str, Any]) -> int:
-    """Characters of one limb, less the values in lists of which it takes one."""
+    """Characters of one limb, without `each`, from which it takes one value per list."""
     return len(repr({key: value for key, value in data.items() if key != "each"}))
 
 
@@ -115,7 +116,7 @@ def _numbered(value: Any, number: int, own: Mapping[str, str], *, plain: bool = 
 
 
 def _turns(value: Any, number: int, own: Mapping[str, str]) -> Any:
-    """Turns of a frame: the letter that leads each is an axis, whatever `each` calls x."""
+    """Turns of a frame: their first letters are axes, even if `each` has a name x."""
     if not isinstance(value, list):
         return value
     return [

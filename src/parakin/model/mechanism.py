@@ -1,8 +1,8 @@
-"""A mechanism as its author says it: bodies, joints, lengths and what is driven. Data only.
+"""A mechanism as its author describes it: bodies, joints, lengths, what is driven. Data only.
 
 The same types are read from TOML and built in Python. Any length or angle may be a number (SI),
 a quantity ("850 mm") or an expression in the parameters ("d2 + d3 + d4"). Names are checked
-here; numbers are evaluated where the joint graph is made (`parakin.model.evaluation`).
+here; numbers are evaluated in `parakin.model.evaluation`.
 """
 
 from __future__ import annotations
@@ -19,13 +19,14 @@ from parakin.errors import InputError, nearest
 from parakin.model.expressions import Value, is_parameter_name
 from parakin.model.validation import Table, input_error
 
-MAX_JOINTS = 400  # and coordinates: what is solved in Python, before there is machine code, takes
-# its time for each, so that a check of more would take minutes where it does not close
+# And coordinates: assembly runs in plain Python, where a mechanism of more joints that does not
+# close would take minutes.
+MAX_JOINTS = 400
 Quantity = StrictInt | StrictFloat | str
 
 
 def _tupled(value: object) -> object:
-    """TOML and JSON know lists; frozen models hold tuples."""
+    """TOML and JSON have lists; frozen models hold tuples."""
     return tuple(_tupled(item) for item in value) if isinstance(value, list) else value
 
 
@@ -85,11 +86,12 @@ Kind = Literal[
 
 
 class Frame(Table):
-    """Where a joint sits on a body, in the body's own frame; z is the joint's axis.
+    """Where a joint sits on a body, in the body's frame; z is the joint's axis.
 
-    Either `axis` (the direction of z, any length; `x` may point the frame's x axis, or it is the
-    body's x axis made perpendicular to z, or its y axis where z lies along x), or `turns`,
-    rotations about the moving axes one after another, or neither: the body's own axes.
+    at: the origin [m]. Either `axis`, the direction of z, of any length, with `x` for the
+    direction of x (by default the body's x axis made perpendicular to z, or its y axis if z lies
+    along x); or `turns`, rotations [rad] about the moving axes one after another; or neither,
+    for the body's own axes. Raises InputError.
     """
 
     at: Triple = (0.0, 0.0, 0.0)
@@ -104,10 +106,12 @@ class Joint(Table):
     A universal joint turns about its parent frame's z, then about its child frame's z, which
     lies along the parent frame's x when the first angle is zero. A spherical joint's angles turn
     about x, then y, then z. A cylindrical joint has its angle first, its displacement second. A
-    helical joint advances by `pitch` along z each turn. A planar joint slides along x and y, then
-    turns about z; a free one slides along x, y, z and turns as a spherical one. A rod of `length`
-    between the two frames' origins, with spherical ends, has no coordinates. `actuated` may say
-    which of several coordinates a motor moves: (2,) is the second.
+    helical joint advances by `pitch` [m] along z in each turn. A planar joint slides along x and
+    y, then turns about z; a free one slides along x, y, z and turns as a spherical one. A rod of
+    `length` [m] between the two frames' origins, with spherical ends, has no coordinates.
+
+    actuated: whether a motor moves the joint, or which of its coordinates: (2,) is the second.
+    Raises InputError.
     """
 
     set_by_reader = frozenset({"name"})
@@ -124,8 +128,9 @@ class Joint(Table):
 
 
 class BodyMesh(Table):
-    """A body's shape from a file of triangles, its coordinates times `scale` in metres, placed
-    on the body. It is only named here; who shows it decides whether the file is read.
+    """A body's shape from a file of triangles, placed on the body: its coordinates times `scale`
+    are metres. It is only named here; whoever shows it decides whether to read the file.
+    Raises InputError.
     """
 
     file: Annotated[str, pydantic.Field(min_length=1, max_length=1000)]
@@ -134,7 +139,10 @@ class BodyMesh(Table):
 
 
 class Body(Table):
-    """A rigid body and points on it, in its own frame, and its shape for pictures."""
+    """A rigid body: points on it in its own frame [m], and its shape for pictures.
+
+    Raises InputError.
+    """
 
     set_by_reader = frozenset({"name"})
 
@@ -144,8 +152,10 @@ class Body(Table):
 
 
 class Platform(Table):
-    """The body whose pose matters: coordinates x, y, z of a point on it, and three named angles
-    that turn it from the base's axes about its own moving axes, one after another.
+    """The platform: a body, the point on it with coordinates x, y, z, and three named angles.
+
+    The angles turn it from the base's axes about its own moving axes, one after another.
+    point: the body's origin by default. Raises InputError.
     """
 
     body: Name = "platform"
@@ -156,10 +166,10 @@ class Platform(Table):
 class Mechanism(Table):
     """Bodies, joints and parameters, frozen.
 
-    `home` holds coordinates fixed at assembly, `stated` are values the source claims for home
-    (the assembly starts from them and the report says how far off they were), `guess` are rough
-    starting values. `from_home` names coordinates that are counted from home. `up` is the base's
-    axis that points up in pictures. `origin` is the file it was read from, for messages.
+    home: coordinates fixed at assembly. stated: values that the source gives for home; assembly
+    starts from them, and the report says how far off they were. guess: rough starting values.
+    All three are in metres and radians. from_home: coordinates that are counted from home. up:
+    the base's axis that points up in pictures. origin: the file it was read from, for messages.
     Raises InputError on names that do not exist, duplicates and disconnected bodies.
     """
 
@@ -195,7 +205,7 @@ class Mechanism(Table):
 
     @property
     def where(self) -> str:
-        """How messages call it: its file, or its name."""
+        """What messages call it: its file, or its name."""
         return self.origin or self.name
 
     def _repr_html_(self) -> str:
@@ -215,7 +225,7 @@ class Mechanism(Table):
         )
 
     def with_parameters(self, values: Mapping[str, Value]) -> Mechanism:
-        """The same mechanism with other values for some of its parameters.
+        """The mechanism with other values for some of its parameters.
 
         Raises InputError on a parameter that does not exist.
         """
@@ -329,7 +339,7 @@ def _check_connected(mechanism: Mechanism, bodies: set[str]) -> None:
 
 
 def _loose(base: str, bodies: set[str], edges: list[tuple[str, str]]) -> list[str]:
-    """Bodies to which no way leads from the base."""
+    """Bodies that cannot be reached from the base."""
     reached, growing = {base}, True
     while growing:
         more = {b for edge in edges for b in edge if reached & set(edge)} - reached

@@ -1,4 +1,4 @@
-"""Frames placed on bodies, in numbers: a pose X_BF each."""
+"""Frames on bodies, in numbers: a pose X_BF each."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from parakin.model.expressions import ANGLE, LENGTH, Dimension, Parameters
 from parakin.model.mechanism import Frame
 
 AXES = {"x": 0, "y": 1, "z": 2}
-_ZERO = 1e-12  # no axis is shorter
-_PARALLEL = 1 - 1e-9  # the cosine between axes that leave no direction square to both
+_ZERO = 1e-12  # an axis must be longer
+_PARALLEL = 1 - 1e-9  # cosine of the angle between axes that count as parallel
 _ROUNDING = 4e-16
 
 
@@ -41,7 +41,7 @@ def unit(a: Vector[float], place: str) -> Vector[float]:
 
 
 def snapped(m: Matrix[float]) -> Matrix[float]:
-    """Entries within rounding of 0 and ±1 become exact, so that the recursion can drop them."""
+    """`m` with entries within rounding of 0 and ±1 exact, so that the recursion can drop them."""
 
     def entry(a: float) -> float:
         near = float(round(a))

@@ -1,4 +1,4 @@
-"""Tables from outside checked by pydantic, its findings told as one InputError."""
+"""Input tables checked by pydantic, whose findings become one InputError."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _SCALARS = ("int", "float", "str")
 
 
 class _RaisesInputError(ModelMetaclass):
-    """Makes models whose construction in Python fails with an InputError too."""
+    """For models that raise InputError when they are constructed in Python, too."""
 
     def __call__(self, /, **data: Any) -> Any:
         try:
@@ -37,19 +37,19 @@ class _RaisesInputError(ModelMetaclass):
 
 
 class Table(BaseModel, metaclass=_RaisesInputError):
-    """A table that has the declared keys and no others, its values of the declared types.
+    """A table with the declared keys and no others, and values of the declared types.
 
-    Raises InputError where it has not.
+    Raises InputError on any other.
     """
 
-    set_by_reader: ClassVar[frozenset[str]] = frozenset()  # keys that a file leaves to its reader
+    set_by_reader: ClassVar[frozenset[str]] = frozenset()  # keys that a file may not have
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
     @model_validator(mode="before")
     @classmethod
     def _keys(cls, data: Any) -> Any:
-        # Before pydantic looks at the values: a misspelt key would also be reported missing.
+        # Before pydantic checks the values: it would report a misspelt key as missing.
         keys = {f.alias or name: f.is_required() for name, f in cls.model_fields.items()}
         given = data if isinstance(data, Mapping) else keys
         if unknown := [key for key in given if key not in keys]:
@@ -67,7 +67,7 @@ def _finding(found: str, expected: str) -> PydanticCustomError:
 
 
 def validated(model: type[AnyModel], data: object, place: str) -> AnyModel:
-    """`data` as a `model`; InputError naming the place, below `place`, where it is none."""
+    """`data` as a `model`. Raises InputError, with a place below `place`, if it is not valid."""
     try:
         return model.model_validate(data)
     except ValidationError as error:
@@ -75,12 +75,11 @@ def validated(model: type[AnyModel], data: object, place: str) -> AnyModel:
 
 
 def input_error(error: ValidationError, place: str, data: object = None) -> InputError:
-    """The first finding in `error`, which came of validating `data`, the table at `place`.
+    """The first finding in `error`, from validating `data`, the table at `place`.
 
-    A `place` that ends in a colon is a file, or a whole, that places follow. Keys are named with
-    what exists where the model is a `Table`. A ValueError raised in a validator should say, as
-    its message, what was expected. Without `data`, the place may hold names that pydantic gives
-    to the members of a union of tables.
+    place: ends in a colon if it is a file or a whole model. A ValueError raised in a validator
+    should have as its message what was expected. Without `data`, the place may include names
+    that pydantic gives to the members of a union.
     """
     errors = error.errors(include_url=False)
     findings = [(_where(e["loc"], place, data), e) for e in errors]
@@ -97,12 +96,12 @@ def input_error(error: ValidationError, place: str, data: object = None) -> Inpu
     if first["type"] == "literal_error":
         names = re.findall(r"'([^']*)'", context["expected"])
         return InputError(where, _shown(found), nearest(str(found), names))
-    if first["type"] == "missing":  # from a list: tables look for their keys themselves
+    if first["type"] == "missing":  # from a list: tables check their keys themselves
         length = max(int(e["loc"][-1]) for e in errors if e["type"] == "missing") + 1
         return InputError(_where(first["loc"][:-1], place, data), _shown(found), _list_of(length))
     if first["type"] == "too_long":
         return InputError(where, _shown(found), _list_of(context["max_length"]))
-    # The alternatives of a union are reported one by one, all at the same place.
+    # The alternatives of a union are reported one by one at the same place.
     texts = [_EXPECTED.get(e["type"], e["msg"]) for at, e in findings if at == where]
     if {"a number", "text"} <= set(texts):
         texts = ["a number, a quantity like '850 mm' or an expression"]
@@ -115,13 +114,13 @@ def _list_of(length: int) -> str:
 
 
 def _shown(value: object) -> str:
-    """As the user would write it: tuples as the lists they were."""
+    """As the user would write it: tuples as lists."""
     text = repr(list(value) if isinstance(value, tuple) else value)
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
 def _where(loc: tuple[int | str, ...], place: str, data: Any) -> str:
-    """`loc` as the user would write it, without the names pydantic gives to unions' members."""
+    """`loc` as the user would write it, without pydantic's names for members of unions."""
     for part in loc:
         if isinstance(part, int):
             place += f"[{part}]"
@@ -131,6 +130,6 @@ def _where(loc: tuple[int | str, ...], place: str, data: Any) -> str:
             continue
         try:
             data = None if data is None else data[part]
-        except IndexError:  # an element that a list should have had
+        except IndexError:  # an element missing from a list
             data = None
     return place.removesuffix(":")

@@ -1,6 +1,6 @@
-"""What every motion has to be: arrays that fit, times that increase, finite numbers.
+"""Checks of motions: shapes of arrays, increasing times, finite numbers.
 
-Each raises InputError, naming `place`, on what is not so.
+Each raises InputError, naming `place`, if it fails.
 """
 
 from __future__ import annotations
@@ -17,7 +17,10 @@ SLACK = 1e-9  # relative; ends computed from decimal times miss each other by ro
 
 
 def increasing(t: FloatArray, rows: FloatArray, place: str) -> BoolArray:
-    """Which samples to keep: all but repeats. Refuses times that do not increase."""
+    """Which samples (n,) to keep: all but repeats. Refuses times that do not increase.
+
+    t: (n,) [s]. rows: (quantities, k, n).
+    """
     step = np.diff(t)
     repeats = (step == 0) & (rows[:, :, 1:] == rows[:, :, :-1]).all(axis=(0, 1))
     wrong = np.flatnonzero((step <= 0) & ~repeats)
@@ -32,7 +35,7 @@ def increasing(t: FloatArray, rows: FloatArray, place: str) -> BoolArray:
 
 
 def checked_array(values: ArrayLike, place: str, shape: tuple[int, ...]) -> FloatArray:
-    """A copy of `values`, of `shape` (-1: any length)."""
+    """A copy of `values` as an array of `shape` (-1: any length). Refuses other shapes."""
     try:
         array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -57,10 +60,12 @@ def refuse_non_finite(
 
 
 def refuse_repeated(coordinates: Sequence[str], place: str) -> None:
+    """Refuse no coordinates, and any that are named twice."""
     if not coordinates or len(set(coordinates)) < len(coordinates):
         raise InputError(place, f"coordinates {list(coordinates)}", "one or more, each once")
 
 
 def refuse_unless_positive(value: float, place: str) -> None:
+    """Refuse anything but a positive, finite number."""
     if not 0 < value < np.inf:
         raise InputError(place, f"{value:g}", "a positive number")

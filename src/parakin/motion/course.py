@@ -1,7 +1,7 @@
-"""The course of a motion: the steps in which it is walked, and what it is at any time between.
+"""The course of a motion: the steps in which it is followed, and its values at any time.
 
-Steps follow from what the motion is (its laws, their knots, its duration, or its recorded samples)
-and never from the times at which somebody wants to see it.
+The steps follow from the motion itself (its laws, their knots, its duration, or its samples), and
+never from the times at which it is evaluated.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from parakin.arrays import FloatArray
 from parakin.motion.motion import Motion, Samples
 
 _A_PERIOD = 16  # steps in the shortest time in which a law changes
-_A_MOTION = 64  # in the whole of it
+_A_MOTION = 64  # in the whole motion
 _A_KNOT = 4  # between one knot and the next
-_STRIDE = 16  # samples in a step, of recorded ones
+_STRIDE = 16  # samples in a step, where only samples are known
 _BLOCK = 256 * _STRIDE  # samples read at once
-_APART = 1e-9  # of the duration: knots nearer than this are one
+_APART = 1e-9  # of the duration: closer knots count as one
 
 _START = np.array([[1, 0, 0, -10, 15, -6], [0, 1, 0, -6, 8, -3], [0, 0, 0.5, -1.5, 1.5, -0.5]])
 _END = np.array([[0, 0, 0, 10, -15, 6], [0, 0, 0, -4, 7, -3], [0, 0, 0, 0.5, -1, 0.5]])
@@ -45,7 +45,7 @@ def hermite(nodes: FloatArray, values: FloatArray, at: FloatArray, order: int = 
 
 
 class Course:
-    """A motion's own steps: `steps` gives their ends, `at` the driven values at any time."""
+    """A motion's own steps, and its values at any time."""
 
     def __init__(self, motion: Motion) -> None:
         self._motion = motion
@@ -55,8 +55,8 @@ class Course:
             self._pieces = _pieces(motion.knots, motion.period)
 
     def steps(self, after: float, until: float, most: int = 10**9) -> FloatArray:
-        """The ends of steps from `after` to the first at `until` or beyond, the motion's start
-        being one; the first `most` of them.
+        """The ends (n,) of steps [s] after `after`, up to the first at or beyond `until`; at most
+        `most`. The motion's start counts as one.
         """
         if self._motion.between is None:
             return self._sample_steps(after, until, most)
@@ -77,7 +77,7 @@ class Course:
         return _between(np.concatenate(ends), after, until)[:most]
 
     def at(self, time: FloatArray, orders: int) -> FloatArray:
-        """Driven positions and derivatives, as many orders as are wanted, (orders, k, n)."""
+        """Driven positions and derivatives (orders, k, n) at any times (n,) [s]."""
         known: Sequence[FloatArray]
         if self._motion.between is not None:
             known = self._motion.between(time).orders
@@ -103,7 +103,7 @@ class Course:
         return _between(np.concatenate(found), after, until)[:most]
 
     def _block(self, number: int) -> Samples:
-        """Some samples, and the first after them."""
+        """A block of samples, and the first sample after it."""
         if number not in self._known:
             begin = number * _BLOCK
             if len(self._known) > 2:
@@ -137,7 +137,7 @@ class Course:
 
 
 def _pieces(knots: Sequence[float], period: float) -> list[tuple[float, float, int]]:
-    """Begin and end of what is smooth, and how many steps it takes."""
+    """Begin and end of each smooth piece [s], and how many steps it takes."""
     span = knots[-1] - knots[0]
     apart = [knots[0]]
     for knot in knots[1:]:

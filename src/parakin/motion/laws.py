@@ -1,4 +1,7 @@
-"""Laws of time, whose derivatives are exact, and motions made from them."""
+"""Laws of time with exact derivatives, and motions made from them.
+
+Positions are in metres or radians, times in seconds, frequencies in hertz, phases in radians.
+"""
 
 from __future__ import annotations
 
@@ -22,16 +25,16 @@ from parakin.motion.splines import quintic
 Law = Callable[[FloatArray], tuple[FloatArray, ...]]
 """Times (n,) [s] to position and its exact derivatives (n,): velocity, acceleration and jerk.
 
-The jerk may be left out; then none can be asked of the mechanism.
+The jerk may be left out; then the mechanism's is not available either.
 """
 
-BURST = 1 / 1000  # of a motion's duration: what a function of time does for longer is seen
+BURST = 1 / 1000  # of a motion's duration
 
 
 @dataclass(frozen=True)
 class Paced:
-    """A law that says how fast it changes: smooth between its `knots` [s], in no less time than
-    `period` [s]. What is no such law may change in `BURST` of the motion's duration.
+    """A law with what is known of its changes: it is smooth between its `knots` [s], and changes
+    in no less than `period` [s]. Any other law may change in `BURST` of the motion's duration.
     """
 
     law: Law
@@ -50,8 +53,8 @@ def constant(value: float) -> Law:
 def cosine(start: float, by: float, duration: float, begin: float = 0.0) -> Law:
     """Rest to rest by start + by/2 (1 - cos(π (t - begin)/duration)), constant outside.
 
-    Equation (6) of the paper, where `by` is twice x*. Its acceleration jumps at both ends; there
-    it is that of the moving side.
+    Equation (6) of the paper, where `by` is twice x*. Its acceleration jumps at both ends, where
+    it has the value of the moving side. Raises InputError on a duration that is not positive.
     """
 
     def shape(u: FloatArray) -> tuple[FloatArray, ...]:
@@ -64,12 +67,18 @@ def cosine(start: float, by: float, duration: float, begin: float = 0.0) -> Law:
 
 
 def polynomial345(start: float, by: float, duration: float, begin: float = 0.0) -> Law:
-    """From rest to rest with zero acceleration at both ends, constant outside."""
+    """From rest to rest with zero acceleration at both ends, constant outside.
+
+    Raises InputError on a duration that is not positive.
+    """
     return _rest_to_rest(_polynomial(0, 0, 0, 10, -15, 6), start, by, duration, begin)
 
 
 def polynomial4567(start: float, by: float, duration: float, begin: float = 0.0) -> Law:
-    """From rest to rest with zero acceleration and jerk at both ends, constant outside."""
+    """From rest to rest with zero acceleration and jerk at both ends, constant outside.
+
+    Raises InputError on a duration that is not positive.
+    """
     return _rest_to_rest(_polynomial(0, 0, 0, 0, 35, -84, 70, -20), start, by, duration, begin)
 
 
@@ -80,7 +89,7 @@ def _polynomial(*coefficients: float) -> Law:
 
 
 def _rest_to_rest(shape: Law, start: float, by: float, duration: float, begin: float) -> Law:
-    """`shape`, which goes from 0 to 1 while its argument does, scaled and shifted."""
+    """`shape`, which rises from 0 to 1 over the interval from 0 to 1, scaled and shifted."""
     refuse_unless_positive(duration, "duration")
 
     def law(t: FloatArray) -> tuple[FloatArray, ...]:
@@ -94,12 +103,12 @@ def _rest_to_rest(shape: Law, start: float, by: float, duration: float, begin: f
 
 
 def sine(center: float, amplitude: float, frequency: float, phase: float = 0.0) -> Law:
-    """The sine center + amplitude sin(2π frequency t + phase); frequency [Hz], phase [rad]."""
+    """The sine center + amplitude sin(2π frequency t + phase)."""
     return sines(center, [(amplitude, frequency, phase)])
 
 
 def sines(center: float, terms: Sequence[tuple[float, float, float]]) -> Law:
-    """The sum of `center` and a sine for each (amplitude, frequency [Hz], phase [rad])."""
+    """The sum of `center` and a sine for each (amplitude, frequency, phase)."""
 
     def law(t: FloatArray) -> tuple[FloatArray, ...]:
         position, velocity, acceleration, jerk = constant(center)(t)
@@ -119,7 +128,10 @@ def sines(center: float, terms: Sequence[tuple[float, float, float]]) -> Law:
 def chirp(
     center: float, amplitude: float, f0: float, f1: float, duration: float, phase: float = 0.0
 ) -> Law:
-    """A sine whose frequency changes linearly from f0 [Hz] at t = 0 to f1 at t = duration."""
+    """A sine with a frequency that changes linearly from f0 at t = 0 to f1 at t = duration.
+
+    Raises InputError on a duration that is not positive.
+    """
     refuse_unless_positive(duration, "duration")
 
     def law(t: FloatArray) -> tuple[FloatArray, ...]:
@@ -138,7 +150,8 @@ def waypoints(times: ArrayLike, values: ArrayLike) -> Law:
     """The quintic spline through `values` (m,) at increasing `times` (m,), constant outside.
 
     Velocity and acceleration vanish at both ends; between them the fourth derivative is
-    continuous. Like any interpolation it may overshoot between values.
+    continuous. Like any interpolation, it may overshoot between values. Raises InputError on
+    times that do not increase and values that are not finite.
     """
     t = checked_array(times, "times", (-1,))
     x = checked_array(values, "values", t.shape)
@@ -159,10 +172,11 @@ def waypoints(times: ArrayLike, values: ArrayLike) -> Law:
 
 
 def from_laws(name: str, laws: Mapping[str, Law], duration: float, rate: float) -> Motion:
-    """Samples at t = 0, 1/rate, 2/rate, ... up to `duration` [s], rounded to whole steps.
+    """A motion sampled at t = 0, 1/rate, 2/rate, ... up to `duration`, rounded to whole steps.
 
-    Raises InputError where there is no law, or not between 1 and 10⁹ steps; the window raises it
-    where a value is not finite.
+    laws: by driven coordinate. duration: [s]. rate: samples per second. Raises InputError if
+    there is no law, or not between 1 and 10⁹ steps; reading samples raises it if one is not
+    finite.
     """
     place = f"motion {name!r}"
     refuse_unless_positive(duration, f"{place}, duration")
@@ -193,7 +207,7 @@ def from_laws(name: str, laws: Mapping[str, Law], duration: float, rate: float) 
         chosen = range(count)[start:stop]
         return between(np.arange(chosen.start, chosen.stop) / rate)
 
-    end = (count - 1) / rate  # half a step off the duration at most
+    end = (count - 1) / rate  # at most half a step from the duration
     known = [
         law if isinstance(law, Paced) else Paced(law, (), BURST * duration) for law in laws.values()
     ]

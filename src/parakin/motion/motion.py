@@ -20,7 +20,7 @@ MAX_SAMPLES = 10**9
 
 
 class Samples(NamedTuple):
-    """Consecutive samples; each array is C-contiguous and the caller's own."""
+    """Consecutive samples; each array is C-contiguous, and the caller may change it."""
 
     time: FloatArray  # (n,) [s]
     position: FloatArray  # (k, n) [m or rad], a row per driven coordinate
@@ -30,12 +30,12 @@ class Samples(NamedTuple):
 
     @property
     def orders(self) -> tuple[FloatArray, ...]:
-        """Position and the derivatives that are known."""
+        """Position and the known derivatives."""
         known = (self.position, self.velocity, self.acceleration)
         return known if self.jerk is None else (*known, self.jerk)
 
     def cropped(self, start: int, stop: int) -> Samples:
-        """Those from `start` to before `stop`, as views."""
+        """The samples from `start` to before `stop`, as views."""
         return Samples(self.time[start:stop], *(order[:, start:stop] for order in self.orders))
 
 
@@ -43,11 +43,11 @@ class Samples(NamedTuple):
 class Motion:
     """`count` samples of the driven `coordinates`.
 
-    `window(start, stop)` gives some of them, chosen as a slice would; they are computed when
-    asked for, so a long motion takes no memory. `derivatives` says how velocity and
-    acceleration came about. `between` gives the motion at any times (n,) [s], where it is known
-    (else it is the quintic from sample to sample that keeps their derivatives): it is smooth
-    between `knots` (from first to last moment), and changes in no less time than `period` [s].
+    window: gives the samples from start to before stop, computed on demand, so that a long
+    motion takes no memory. derivatives: where velocity and acceleration come from. between:
+    gives the motion at any times (n,) [s], if known; otherwise it is the quintic from sample to
+    sample that keeps their derivatives. knots: [s] between which it is smooth, from first to
+    last. period: the shortest time [s] in which it changes.
     """
 
     name: str
@@ -64,9 +64,9 @@ class Motion:
         return self.window(0, self.count)
 
     def reordered(self, coordinates: Sequence[str]) -> Motion:
-        """The same motion, its rows in the order of `coordinates`.
+        """The motion with its rows in the order of `coordinates`.
 
-        Raises InputError unless these are the motion's own, each once.
+        Raises InputError unless these are its own coordinates, each once.
         """
         place = f"motion {self.name!r}"
         for name in coordinates:

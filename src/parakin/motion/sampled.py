@@ -1,4 +1,4 @@
-"""Motions from samples: recorded data, its derivatives given with it or by a quintic spline."""
+"""Motions from samples, with derivatives that are given too or come from a quintic spline."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from parakin.motion.checks import (
 from parakin.motion.motion import Motion, Samples
 from parakin.motion.splines import differentiated
 
-_JERKS = 24  # samples; fewer may leave a jerk, which can jump, too coarse to be judged
+_JERKS = 24  # samples; with fewer, a jerk, which can jump, is too coarse to be checked
 
 
 def from_arrays(
@@ -37,16 +37,16 @@ def from_arrays(
 ) -> Motion:
     """A motion through samples at increasing times (n,) [s], evenly spaced or not.
 
-    `position` and, both or neither, `velocity` and `acceleration` are (k, n), a row per
-    coordinate; with these, `jerk` may be given too. Without them all are the derivatives of the
-    quintic spline through the positions (n >= 6). `smoothing` is the standard deviation of the
-    noise in the positions, in their SI unit, one for all or by coordinate: then the positions,
-    too, are those of a smoother spline (n >= 24; see `_smoothed`).
+    position, velocity, acceleration, jerk: (k, n), a row per coordinate, SI. Velocity and
+    acceleration are given both or not at all; jerk only with them. If not given, they are the
+    derivatives of the quintic spline through the positions (n >= 6). smoothing: standard
+    deviation of the noise in the positions [m or rad], one for all or by coordinate; then the
+    positions, too, are those of a smoother spline (n >= 24; see `splines`). max_gap: longest
+    step allowed [s], by default 10 times the median step.
 
-    A sample that repeats the one before it, time included, is dropped. `max_gap` [s] is the
-    longest step allowed, unless given 10 times the median step. Raises InputError on whatever
-    else is no motion, and where velocity or acceleration are plainly not the derivatives of
-    what they are given with (see `_refuse_contradiction`).
+    A sample that repeats the one before it, time included, is dropped. Raises InputError on
+    anything else that is not a motion, and if velocity or acceleration is clearly not the
+    derivative of what it is given with (see `_refuse_contradiction`).
     """
     place = f"motion {name!r}"
     refuse_repeated(coordinates, place)
@@ -79,7 +79,10 @@ def from_arrays(
 
 
 def _given(arrays: Sequence[ArrayLike | None], smoothed: bool, place: str) -> list[ArrayLike]:
-    """Those of position and its three derivatives that are given, if they go together."""
+    """The arrays that are given, of position and its three derivatives.
+
+    Raises InputError on combinations that make no sense.
+    """
     _, velocity, acceleration, jerk = arrays
     if (velocity is None) != (acceleration is None):
         lone = "velocity" if acceleration is None else "acceleration"
@@ -94,7 +97,7 @@ def _given(arrays: Sequence[ArrayLike | None], smoothed: bool, place: str) -> li
 def _noise(
     smoothing: float | Mapping[str, float] | None, coordinates: Sequence[str], place: str
 ) -> dict[str, float]:
-    """The standard deviation of each coordinate that is to be smoothed."""
+    """The standard deviations by coordinate to be smoothed."""
     if smoothing is None:
         return {}
     if not isinstance(smoothing, Mapping):
@@ -130,7 +133,7 @@ def _refuse_gaps(t: FloatArray, max_gap: float | None, place: str) -> None:
 def _refuse_contradictions(
     t: FloatArray, rows: FloatArray, coordinates: Sequence[str], place: str
 ) -> None:
-    """Refuse rows (quantities, k, n) one of which is not the derivative of the one before it."""
+    """Refuse rows (quantities, k, n) that are not each the derivative of the one before."""
     checked = len(rows) if len(t) >= _JERKS else min(len(rows), 3)
     for row, coordinate in enumerate(coordinates):
         for order in range(1, checked):
@@ -139,12 +142,12 @@ def _refuse_contradictions(
 
 
 def _refuse_contradiction(t: FloatArray, x: FloatArray, v: FloatArray, place: str) -> None:
-    """Refuse v (n,) as the derivative of x (n,) if it is off by a factor of two, or in sign.
+    """Refuse v (n,) as the derivative of x (n,) if it is wrong by a factor of two, or in sign.
 
-    The integral of v by the trapezoidal rule may stray from x over half of the range that either
-    covers, plus a micrometre or microradian (per second), plus what noise may build up. That is
-    judged by the third differences of what v leaves over: noise changes from step to step, a
-    wrong unit does not where there are a dozen samples or more in a cycle.
+    The trapezoidal integral of v may differ from x by half the range of either, plus a
+    micrometre or microradian (per second), plus what noise may add up to. Noise is estimated from
+    the third differences of the remainder: it changes from step to step, unlike the effect of a
+    wrong unit if there are a dozen samples or more in a cycle.
     """
     step = np.diff(t)
     covered = step * (v[1:] + v[:-1]) / 2

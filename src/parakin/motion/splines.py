@@ -1,4 +1,4 @@
-"""Quintic splines through samples, or through what is left of them without noise."""
+"""Quintic splines through samples, and smoother ones that leave out their noise."""
 
 from __future__ import annotations
 
@@ -50,11 +50,11 @@ def differentiated(
 
 
 def _smoothed(t: FloatArray, x: FloatArray, deviation: float, place: str) -> Any:
-    """The stiffest quintic spline (scipy's BSpline) that leaves no more than the noise.
+    """The smoothest quintic spline (scipy's BSpline) with residuals no larger than the noise.
 
-    Splines are fitted by least squares, each with twice as many intervals as the last, of
-    equally many samples; the first is taken whose residual variance is deviation² or above it
-    by less than three standard errors. (FITPACK's smoothing, its sum of squares set to
+    Splines are fitted by least squares, each with twice as many intervals as the last, with
+    equally many samples in each; the result is the first with a residual variance less than
+    three standard errors above deviation². (FITPACK's smoothing, with a sum of squares of
     n deviation², follows the noise once `deviation` is a little too small.)
     """
     from scipy.interpolate import BSpline, splrep

@@ -1,6 +1,4 @@
-"""The kernel, its header and its test program, for a mechanism and a choice of driven
-coordinates.
-"""
+"""C code for a mechanism and a choice of driven coordinates."""
 
 from __future__ import annotations
 
@@ -20,7 +18,7 @@ def c_code(
 ) -> tuple[str, str, str]:
     """The kernel, its header and a test program, as text; functions are named after `stem`.
 
-    driven: what the code solves for, the mechanism's own choice if not given.
+    driven: the driven coordinates, by default the mechanism's own.
     Raises InputError, AssemblyError, DrivenError.
     """
     solver = compile_mechanism(mechanism, driven, machine_code=False)

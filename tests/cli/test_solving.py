@@ -1,0 +1,278 @@
+"""What `parakin solve` prints where, what it writes, and how it ends."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from parakin import Status
+from parakin.arrays import ORDERS
+from parakin.files import datasets
+from parakin.views import plots
+
+SOLVE = ("solve", "flight-simulator", "general")
+
+# The platform is raised by 3 m, far beyond its legs, after 1 s at rest.
+TOO_HIGH = """
+duration = "2 s"
+rate = 100
+
+[laws]
+platform.y = { law = "poly345", by = "3 m", begin = "1 s" }
+"""
+
+Parakin = Callable[..., tuple[int, str, str]]
+
+
+def lines(text: str) -> list[list[str]]:
+    """A printed table by cells: what two or more spaces part."""
+    return [re.split(r"\s{2,}", line.strip()) for line in text.splitlines()]
+
+
+def test_solve_prints_a_table_of_the_actuated_coordinates(
+    run: Parakin, general: xr.Dataset
+) -> None:
+    code, out, err = run(*SOLVE)
+    assert (code, out) == (0, "")
+    title, heading, *rows, last = lines(err)
+    assert title == ["flight-simulator, general: 3-DOF parallel flight simulator"]
+    assert heading == "actuated,from,to,stroke from home,peak speed,peak accel.".split(",")
+    assert [row[0] for row in rows] == ["A2 [mm]", "B3 [mm]", "C3 [mm]"]
+    for name, row in zip(("A2", "B3", "C3"), rows, strict=True):
+        q, v, a = (1e3 * general[order].sel(coordinate=name) for order in ORDERS[:3])
+        home = 1e3 * float(general["home"].sel(coordinate=name))
+        assert row[1:] == [
+            f"{float(q.min()):.3f}",
+            f"{float(q.max()):.3f}",
+            f"{float(q.min()) - home:+z.3f} .. {float(q.max()) - home:+z.3f}",
+            f"{float(abs(v).max()):.3f} mm/s",
+            f"{float(abs(a).max()):.3f} mm/s²",
+        ]
+    assert re.match(
+        r"3,001 samples solved in [\d.]+ m?s \([\d,]+ ns a pose\); worst residual \S+ m, ", last[0]
+    )
+
+
+def test_angles_are_shown_in_degrees_and_all_coordinates_where_none_is_actuated(
+    run: Parakin,
+) -> None:
+    Path("arm.toml").write_text(ARM)
+    code, _, err = run("solve", "arm.toml", "wave")
+    assert code == 0
+    rows = {row[0]: row[1:] for row in lines(err)}
+    assert rows["shoulder [deg]"][:3] == ["10.000", "50.000", "+0.000 .. +40.000"]
+    assert rows["shoulder [deg]"][3] == "37.500 deg/s"
+    assert rows["slide [mm]"][2] == "-50.000 .. +50.000"
+
+
+ARM = """
+name = "arm"
+driven = ["shoulder", "slide"]
+home = { shoulder = "10 deg", slide = "100 mm" }
+bodies = { upper = {}, lower = {} }
+
+[joints.shoulder]
+kind = "revolute"
+parent = "base"
+child = "upper"
+
+[joints.slide]
+kind = "prismatic"
+parent = "upper"
+child = "lower"
+on_parent = { at = [0.5, 0, 0] }
+
+[motions.wave]
+duration = "2 s"
+laws.shoulder = { law = "poly345", by = "40 deg" }
+laws.slide = { law = "sine", amplitude = "50 mm", frequency = 1 }
+"""
+
+
+@pytest.mark.parametrize("columns", ["20", "80", "200"])
+def test_numbers_are_never_cut_or_folded(
+    run: Parakin, columns: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", columns)
+    names = {"shoulder": "a-joint-with-a-name-as-long-as-they-come-and-then-some-more"}
+    Path("arm.toml").write_text(ARM.replace("shoulder", names["shoulder"]))
+    _, out, _ = run("check", "arm.toml")
+    _, _, err = run("solve", "arm.toml", "wave")
+    for text in (out, err):
+        assert "…" not in text
+        (row,) = [
+            line for line in text.splitlines() if re.match(rf"{names['shoulder']}( |$)", line)
+        ]
+        assert "10.000" in row
+
+
+def test_the_tables_of_the_flight_simulator_fit_eighty_columns(run: Parakin) -> None:
+    _, out, _ = run("check", "flight-simulator")
+    _, _, err = run(*SOLVE)
+    rows = [line.rstrip() for line in (out + err).splitlines() if re.search(r"\S  +\S", line)]
+    assert len(rows) > 20
+    assert max(map(len, rows)) <= 80
+
+
+def read_csv(text: str) -> tuple[list[str], np.ndarray[tuple[int, int], np.dtype[np.float64]]]:
+    header, *rows = csv.reader(io.StringIO(text))
+    return header, np.array([[float(cell) if cell else np.nan for cell in row] for row in rows])
+
+
+def test_jerk_on_request(run: Parakin) -> None:
+    """Against central differences of the accelerations: h²/6 of a fifth derivative below 10."""
+    code, _, err = run(*SOLVE, "-o", "general.csv", "--jerk", "--plot", "general.png")
+    assert code == 0
+    assert "peak jerk" in err
+    assert "mm/s³" in err
+    header, values = read_csv(Path("general.csv").read_text())
+    for name in ("A2", "B3", "platform.psi"):
+        jerk = values[:, header.index(f"{name}.jerk")]
+        a = values[:, header.index(f"{name}.acceleration")]
+        np.testing.assert_allclose(jerk[1:-1], (a[2:] - a[:-2]) / 2e-3, atol=1e-5)
+        assert np.abs(jerk).max() > 0.01
+
+
+def test_jerk_is_refused_where_the_motion_has_none(run: Parakin, general: xr.Dataset) -> None:
+    names = ["platform.x", "platform.y", "platform.phi"]
+    with open("drive.csv", "w") as file:
+        datasets.write_csv([general.drop_dims("body").sel(coordinate=names)], file)
+    assert run("solve", "flight-simulator", "drive.csv", "-o", "out.csv")[0] == 0
+    code, _, err = run("solve", "flight-simulator", "drive.csv", "-o", "jerk.csv", "--jerk")
+    assert code == 2
+    assert "jerk too, or position alone" in err
+    assert not Path("jerk.csv").exists()
+
+
+def test_minus_is_csv_on_stdout_and_all_else_on_stderr(run: Parakin, general: xr.Dataset) -> None:
+    code, out, err = run(*SOLVE, "-o", "-")
+    assert code == 0
+    assert not list(Path().iterdir())
+    header, values = read_csv(out)
+    assert header[0] == "time"
+    assert values.shape == (3001, len(header))
+    assert values.tobytes() == datasets.frame(general.drop_dims("body")).to_numpy(float).tobytes()
+    assert err.startswith("flight-simulator, general: ")
+    assert "worst residual" in err
+
+
+def test_all_adds_the_joints_outside_the_tree(run: Parakin) -> None:
+    assert run(*SOLVE, "-o", "all.csv", "--all", "--rate", "10")[0] == 0
+    header, _ = read_csv(Path("all.csv").read_text())
+    for name in ("B4.1", "C4.3", "D2", "E2", "B4.cone", "C4.cone"):
+        assert f"{name}.position" in header
+
+
+def test_an_old_result_is_replaced_and_a_link_followed(run: Parakin, here: Path) -> None:
+    (here / "real.csv").write_text("old")
+    (here / "link.csv").symlink_to("real.csv")
+    assert run(*SOLVE, "--rate", "10", "-o", "link.csv")[0] == 0
+    assert (here / "link.csv").is_symlink()
+    assert (here / "real.csv").read_text().startswith("time,")
+    assert sorted(path.name for path in here.iterdir()) == ["link.csv", "real.csv"]
+
+
+def test_a_result_is_as_readable_as_any_new_file(run: Parakin, here: Path) -> None:
+    (here / "other").touch()
+    assert run(*SOLVE, "--rate", "10", "-o", "new.csv")[0] == 0
+    assert (here / "new.csv").stat().st_mode == (here / "other").stat().st_mode
+
+
+def test_a_result_can_be_the_next_motion(run: Parakin) -> None:
+    assert run(*SOLVE, "-o", "first.csv", "--rate", "200")[0] == 0
+    code, _, err = run("solve", "flight-simulator", "first.csv", "-o", "second.csv")
+    assert code == 0, err
+    header, first = read_csv(Path("first.csv").read_text())
+    again, second = read_csv(Path("second.csv").read_text())
+    assert again == header
+    columns = [k for k, name in enumerate(header) if name.endswith(".position")]
+    np.testing.assert_allclose(second[:, columns], first[:, columns], rtol=0, atol=1e-13)
+
+
+def test_rate_sets_the_number_of_samples(run: Parakin) -> None:
+    assert run(*SOLVE, "--rate", "50", "-o", "slow.csv")[0] == 0
+    _, values = read_csv(Path("slow.csv").read_text())
+    np.testing.assert_allclose(values[:, 0], np.arange(151) / 50, rtol=1e-15)
+
+
+def test_set_changes_a_parameter(run: Parakin) -> None:
+    arguments = ("--rate", "10", "-o", "-", "--set", "x_star=0.1", "--set", "h_G=1150 mm")
+    code, out, _ = run(*SOLVE, *arguments)
+    assert code == 0
+    header, values = read_csv(out)
+    x = values[:, header.index("platform.x.position")]
+    y = values[:, header.index("platform.y.position")]
+    assert x[-1] - x[0] == pytest.approx(0.2, abs=1e-12)
+    assert y[0] == 1.15
+
+
+@pytest.mark.parametrize(
+    ("suffix", "magic"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")]
+)
+def test_plot_draws_a_figure(run: Parakin, suffix: str, magic: bytes) -> None:
+    code, out, err = run(*SOLVE, "--rate", "100", "--plot", f"figure{suffix}")
+    assert (code, out) == (0, "")
+    assert err.endswith(f"wrote figure{suffix}\n")
+    assert Path(f"figure{suffix}").read_bytes().startswith(magic)
+    assert Path(f"figure{suffix}").stat().st_size > 5000
+
+
+def test_a_motion_that_leaves_the_workspace_keeps_its_good_part(run: Parakin) -> None:
+    Path("high.toml").write_text(TOO_HIGH)
+    arguments = ("solve", "flight-simulator", "high.toml", "-o", "high.csv", "--bodies")
+    code, out, err = run(*arguments, "--plot", "high.png")
+    assert (code, out) == (1, "")
+    header, values = read_csv(Path("high.csv").read_text())
+    status = values[:, header.index("status")]
+    first = int(np.argmax(status != Status.CONVERGED))
+    assert 100 < first < 200
+    assert (status[:first] == Status.CONVERGED).all()
+    assert status[first] not in (Status.CONVERGED, Status.NOT_REACHED)
+    assert (status[first + 1 :] == Status.NOT_REACHED).all()
+    others = [k for k, name in enumerate(header) if name not in ("time", "status")]
+    assert np.isfinite(values[:first]).all()
+    assert np.isnan(values[first:, others]).all()
+    y = values[:, header.index("platform.y.position")]
+    assert y[first - 1] > 1.1 + 0.1
+    word = Status(int(status[first])).words
+    assert f"flagged: 1 {word}, {200 - first} not reached; the first at sample {first}, t = " in err
+    assert f"t = {first / 100:g} s: {word}" in err
+    assert Path("high.png").stat().st_size > 5000
+
+
+def test_a_limit_exceeded_is_flagged_and_its_values_kept(run: Parakin) -> None:
+    Path("limited.toml").write_text(
+        'variant_of = "flight-simulator"\nname = "limited"\nlimits = { C3 = [0, "300 mm"] }\n'
+    )
+    code, out, err = run("solve", "limited.toml", "general", "-o", "-")
+    assert code == 1
+    header, values = read_csv(out)
+    status, c3 = values[:, header.index("status")], values[:, header.index("C3.position")]
+    assert np.isfinite(values).all()
+    np.testing.assert_array_equal(status == Status.LIMIT_EXCEEDED, (c3 > 0.3) | (c3 < 0))
+    assert set(status) == {Status.CONVERGED, Status.LIMIT_EXCEEDED}
+    assert f"flagged: {np.count_nonzero(status):,} limit exceeded; the first at sample" in err
+
+
+def test_a_motion_with_nothing_solved_says_so(run: Parakin, general: xr.Dataset) -> None:
+    Path("gone.toml").write_text(
+        'duration = 1\nrate = 10\nlaws = { platform.y = { law = "constant", value = "9 m" } }\n'
+    )
+    code, _, err = run("solve", "flight-simulator", "gone.toml", "--plot", "gone.png")
+    assert code == 1
+    rows = {row[0]: row[1:] for row in lines(err)}
+    assert rows["A2 [mm]"] == ["nothing solved"]
+    assert "flagged: " in err
+    assert "10 not reached; the first at sample 0" in err
+
+
+def test_figures_are_known_by_the_suffixes_told() -> None:
+    assert plots.SUFFIXES == (".png", ".svg", ".pdf")
+    assert datasets.SUFFIXES == (".csv", ".nc", ".parquet")

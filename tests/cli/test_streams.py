@@ -1,0 +1,157 @@
+"""Standard output and standard error: what goes where, and when one takes no more."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from linkage import contents
+
+
+@pytest.fixture(autouse=True)
+def _here(linkage_folder: Path) -> None:
+    """Every test runs in the folder."""
+
+
+def in_a_process(
+    *arguments: str, start: tuple[str, ...] = ("-m", "parakin"), stdout: str = os.devnull
+) -> tuple[int, str]:
+    """parakin in a process of its own: exit code and what it says on stderr."""
+    with open(stdout, "w") as target:
+        done = subprocess.run(
+            [sys.executable, *start, *arguments],
+            stdout=target,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={k: v for k, v in os.environ.items() if k != "PYTHONUNBUFFERED"},
+            timeout=600,
+            check=False,
+        )
+    return done.returncode, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["check", "flight-simulatr"], "did you mean 'flight-simulator'?"),
+        (["check", "linkage.toml", "--set", "r=l.__class__"], "it is more than arithmetic"),
+        (["chek"], "did you mean 'check'?"),
+        (
+            ["solve", "linkage.toml", "motion.toml", "-o", "nowhere/x.csv"],
+            "nowhere/x.csv: found no",
+        ),
+    ],
+)
+def test_a_process_says_one_thing_and_exits_with_2(
+    arguments: list[str], said: str, linkage_folder: Path
+) -> None:
+    before = contents(linkage_folder)
+    code, err = in_a_process(*arguments, stdout=f"{linkage_folder.parent}/stdout")
+    assert code == 2
+    assert Path(f"{linkage_folder.parent}/stdout").read_text() == ""
+    assert err.startswith("error: ")
+    assert said in err
+    assert err.count("\n") == 1
+    assert contents(linkage_folder) == before
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["solve", "flight-simulator", "general", "-o", "-"],
+        ["check", "linkage.toml"],
+        ["list"],
+        ["--help"],
+    ],
+)
+def test_a_standard_output_that_takes_no_more(arguments: list[str]) -> None:
+    code, err = in_a_process(*arguments, stdout="/dev/full")
+    assert code == 2
+    assert err == (
+        "error: standard output: found no space left on device; expected a stream that accepts "
+        "all output\n"
+    )
+
+
+SOLVE = ("solve", "flight-simulator", "general")
+
+Parakin = Callable[..., tuple[int, str, str]]
+
+ARM = """
+name = "arm"
+driven = ["shoulder", "slide"]
+home = { shoulder = "10 deg", slide = "100 mm" }
+bodies = { upper = {}, lower = {} }
+
+[joints.shoulder]
+kind = "revolute"
+parent = "base"
+child = "upper"
+
+[joints.slide]
+kind = "prismatic"
+parent = "upper"
+child = "lower"
+on_parent = { at = [0.5, 0, 0] }
+
+[motions.wave]
+duration = "2 s"
+laws.shoulder = { law = "poly345", by = "40 deg" }
+laws.slide = { law = "sine", amplitude = "50 mm", frequency = 1 }
+"""
+
+
+def test_square_brackets_in_a_title_are_shown_as_they_are(run: Parakin) -> None:
+    Path("arm.toml").write_text(ARM.replace('name = "arm"', 'name = "arm"\ntitle = "[/b] [red]x"'))
+    assert run("solve", "arm.toml", "wave")[2].startswith("arm, wave: [/b] [red]x\n")
+    assert run("check", "arm.toml")[1].startswith("arm: [/b] [red]x\n")
+
+
+def test_colours_are_obeyed_and_refused(run: Parakin, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm-256color")
+    assert "\x1b[1;31merror" in run("check", "nothing")[2]
+    assert "\x1b[" in run("check", "flight-simulator-upu")[1]
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert "\x1b[" not in run("check", "nothing")[2]
+    assert "\x1b[" not in run("check", "flight-simulator-upu")[1]
+    assert "\x1b[" not in run("list")[1]
+    assert "\x1b[" not in run(*SOLVE, "--rate", "10")[2]
+
+
+def process(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, *arguments],
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+        env=os.environ | environment,
+    )
+
+
+def test_letters_that_the_terminal_lacks_are_spelt_out() -> None:
+    done = process("-m", "parakin", "check", "flight-simulator", PYTHONIOENCODING="ascii")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert r"Gr\xfcbler-Kutzbach: -3" in done.stdout
+
+
+def test_a_reader_that_leaves_early_is_no_mistake() -> None:
+    command = f"{sys.executable} -m parakin solve flight-simulator general -o - | head -n 1"
+    done = subprocess.run(
+        ["bash", "-c", f"set -o pipefail; {command}"],
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+        env={k: v for k, v in os.environ.items() if k != "PYTHONUNBUFFERED"},
+    )
+    assert done.returncode == 0
+    assert done.stdout.startswith("time,A1.position,")
+    assert done.stdout.count("\n") == 1
+    assert done.stderr == ""

@@ -1,0 +1,153 @@
+"""Links of other programs' files, made into joints: compared with matrices and by hand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
+
+from parakin.algebra.spatial import NOWHERE, Matrix, Pose, Vector
+from parakin.errors import InputError
+from parakin.files.links import Link, gathered, posed, rigid, screwed
+from parakin.model.placement import vector
+
+
+def at(
+    x: float = 0.0, y: float = 0.0, z: float = 0.0, turn: str = "z", by: float = 0.0
+) -> Pose[float]:
+    a, b, c = (vector(row) for row in Rotation.from_euler(turn, by).as_matrix())
+    return Pose(Matrix((a, b, c)), Vector((x, y, z)))
+
+
+def matrix(place: Pose[float]) -> np.ndarray:
+    made = np.eye(4)
+    made[:3, :3], made[:3, 3] = place.R, place.p
+    return made
+
+
+# ---- links fixed to one another
+
+
+def test_fixed_links_are_one_body_and_know_their_place_on_it() -> None:
+    first, second = at(1.0, 0.0, 0.0, "z", 0.5), at(0.0, 2.0, 0.0, "x", -0.3)
+    links = [
+        Link("hinge", "revolute", "base", "a", at(z=1.0)),
+        Link("weld", "fixed", "a", "b", first),
+        Link("weld 2", "fixed", "b", "c", second),
+        Link("tip", "revolute", "c", "d", at(y=0.1)),
+    ]
+    moving, owner = rigid("base", links, "file")
+    assert [link.name for link in moving] == ["hinge", "tip"]
+    assert {name: body for name, (body, _) in owner.items()} == {
+        **{"base": "base", "a": "a", "b": "a", "c": "a", "d": "d"}
+    }
+    on_a = matrix(first) @ matrix(second)
+    assert_allclose(matrix(owner["c"][1]), on_a, atol=1e-15)
+    assert_allclose(matrix(moving[1].F), on_a @ matrix(at(y=0.1)), atol=1e-15)
+    assert moving[1].parent == "a"
+
+
+def test_what_is_fixed_to_the_base_is_the_base() -> None:
+    links = [Link("w", "fixed", "a", "base", at(x=1.0)), Link("h", "revolute", "a", "b")]
+    moving, owner = rigid("base", links, "file")
+    assert owner["a"][0] == "base"
+    assert_allclose(matrix(owner["a"][1]), np.linalg.inv(matrix(at(x=1.0))))
+    assert moving[0].parent == "base"
+
+
+def test_links_welded_twice_have_to_be_where_they_are() -> None:
+    twice = [Link("one", "fixed", "base", "a", at(x=1.0)), Link("two", "fixed", "base", "a")]
+    same = [twice[0], replace(twice[1], F=at(x=1.0))]
+    assert rigid("base", same, "file")[0] == []
+    with pytest.raises(InputError, match="file: two: found links that are already rigid"):
+        rigid("base", twice, "file")
+    inside = [twice[0], Link("three", "revolute", "base", "a")]
+    with pytest.raises(InputError, match="which are one rigid body; expected a joint between"):
+        rigid("base", inside, "file")
+
+
+# ---- hinges and slides in chains
+
+
+def chain(*kinds_and_turns: tuple[str, str, float]) -> list[Link]:
+    """J.1, J.2, ... from base to hand, each turned against the one before."""
+    count = len(kinds_and_turns)
+    bodies = ["base", *(f"b{k}" for k in range(1, count)), "hand"]
+    return [
+        Link(f"J.{k + 1}", kind, bodies[k], bodies[k + 1], at(turn=turn, by=by), values=(0.1 * k,))
+        for k, (kind, turn, by) in enumerate(kinds_and_turns)
+    ]
+
+
+QUARTER = math.pi / 2
+
+
+@pytest.mark.parametrize(
+    ("links", "kind"),
+    [
+        (chain(("revolute", "z", 0.0), ("prismatic", "z", 0.0)), "cylindrical"),
+        (chain(("revolute", "z", 0.3), ("revolute", "x", -QUARTER)), "universal"),
+        (
+            chain(
+                ("revolute", "y", QUARTER), ("revolute", "x", -QUARTER), ("revolute", "y", -QUARTER)
+            ),
+            "spherical",
+        ),
+        (chain(("revolute", "z", 0.0), ("revolute", "x", 0.5)), None),  # not square
+        (chain(("prismatic", "z", 0.0), ("revolute", "z", 0.0)), None),  # no kind of ours
+    ],
+)
+def test_chains_become_the_joint_they_make_or_stay(links: list[Link], kind: str | None) -> None:
+    found = gathered(links, {"base"})
+    if kind is None:
+        assert found == links
+    else:
+        (whole,) = found
+        assert (whole.name, whole.kind) == ("J", kind)
+        assert (whole.parent, whole.child) == ("base", "hand")
+        assert whole.values == tuple(value for link in links for value in link.values)
+
+
+def test_a_chain_stays_where_something_else_hangs_from_its_inside() -> None:
+    links = chain(("revolute", "z", 0.0), ("prismatic", "z", 0.0))
+    more = [*links, Link("other", "revolute", "b1", "c")]
+    assert gathered(more, {"base"}) == more
+    assert gathered(links, {"base", "b1"}) == links
+
+
+# ---- screws
+
+
+def test_a_coupled_hinge_and_slide_are_a_screw() -> None:
+    hinge = Link("h", "revolute", "base", "nut", at(x=1.0), values=(0.2,))
+    slide = Link("s", "prismatic", "nut", "rod", values=(0.1,))
+    coupling = Link("c", "screw", "h", "s", pitch=0.5)
+    (screw,) = screwed([hinge, slide], [coupling], "file")
+    assert (screw.name, screw.parent, screw.child) == ("h", "base", "rod")
+    assert screw.pitch == pytest.approx(
+        2 * math.pi * 0.5
+    )  # per turn, where the coupling's is per rad
+    assert screw.F == hinge.F
+    for wrong in (replace(slide, F=at(x=0.1)), replace(slide, F=at(turn="x", by=0.1))):
+        with pytest.raises(
+            InputError, match="a slide along the axis of the hinge it is coupled to"
+        ):
+            screwed([hinge, wrong], [coupling], "file")
+    with pytest.raises(InputError, match="expected one coupling for each joint"):
+        screwed([hinge, slide], [coupling, coupling], "file")
+
+
+# ---- the platform
+
+
+def test_a_free_joint_in_a_loop_is_the_platforms_pose() -> None:
+    leg = [Link("a", "revolute", "base", "leg"), Link("b", "spherical", "leg", "top")]
+    pose = Link("pose", "free", "base", "top", NOWHERE, at(x=0.1))
+    assert posed("base", [*leg, pose]) == (leg, pose)
+    assert posed("base", [leg[0], pose]) == ([leg[0], pose], None)  # what carries it, then
+    assert posed("base", [*leg, replace(pose, actuated=True)])[1] is None
+    assert posed("base", [*leg, replace(pose, F=at(x=1.0))])[1] is None

@@ -1,0 +1,173 @@
+"""MuJoCo models as mechanisms: frames, loops, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import parakin
+from parakin.errors import InputError
+from parakin.model.evaluation import graph_of
+
+mujoco = pytest.importorskip("mujoco")
+
+pytest.importorskip("lxml")
+
+pytest.importorskip("yaml")
+
+# A tree with all that MJCF can say of a frame, and its loops.
+LIMB = """<mujoco model="limb">
+<compiler angle="degree" eulerseq="zyx"/>
+<default><joint axis="0 1 0" range="-90 90" limited="true"/>
+  <default class="slide"><joint type="slide" limited="false"/></default></default>
+<asset><mesh name="m" file="no such file.stl"/></asset>
+<worldbody>
+  <geom type="plane" size="1 1 1"/>
+  <body name="a" pos="0.1 0.2 0.3" euler="10 20 30">
+    <joint name="a" pos="0 0.1 0" ref="15"/>
+    <geom type="mesh" mesh="m"/>
+    <frame pos="0 0 0.4" axisangle="1 0 0 25">
+      <body name="b" quat="0.8 0 0.6 0">
+        <joint name="b1" axis="1 1 0"/> <joint name="b2" class="slide" ref="0.05"/>
+        <site name="tip" pos="0.2 0 0" zaxis="1 2 3"/>
+        <body name="ball" pos="0 0.3 0"><joint name="c" type="ball" limited="false"/>
+          <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body>
+      </body>
+    </frame>
+  </body>
+  <body name="fixed" pos="1 0 0" xyaxes="0 1 0 -1 0 0"><body name="d" childclass="slide">
+    <joint name="d"/></body></body>
+  <body name="free" pos="1 1 1"><freejoint name="f"/></body>
+</worldbody></mujoco>"""
+
+
+def test_frames_are_where_mujoco_has_them(tmp_path: Path) -> None:
+    (tmp_path / "limb.xml").write_text(LIMB)
+    graph = graph_of(parakin.load(tmp_path / "limb.xml"))
+    bare = LIMB.replace('<mesh name="m" file="no such file.stl"/>', "")
+    bare = bare.replace('<geom type="mesh" mesh="m"/>', '<geom size="0.1"/>')
+    bare = bare.replace("<compiler ", '<compiler boundmass="1" boundinertia="1" ')
+    model = mujoco.MjModel.from_xml_string(bare)
+    data = mujoco.MjData(model)
+    rng = np.random.default_rng(3)
+    from parakin.kinematics.configuration import configure
+
+    for _ in range(5):
+        q = rng.uniform(-1, 1, len(graph.coordinates))
+        at = configure(graph, graph.tree(), q)
+        for k, c in enumerate(graph.coordinates):
+            joint = graph.joints[c.joint]
+            address = model.jnt_qposadr[model.joint(joint.name).id]
+            if joint.kind in ("revolute", "prismatic"):
+                data.qpos[address] = q[k]
+            elif joint.kind == "spherical" and k == joint.first:
+                data.qpos[address : address + 4] = quaternion(*q[k : k + 3])
+            elif joint.kind == "free" and k == joint.first:
+                data.qpos[address : address + 3] = q[k : k + 3]
+                data.qpos[address + 3 : address + 7] = quaternion(*q[k + 3 : k + 6])
+        mujoco.mj_kinematics(model, data)
+        for name in ("a", "b", "ball", "d", "free"):
+            pose = at.pose(graph.bodies.index(name))
+            body = model.body(name).id
+            np.testing.assert_allclose(pose.p, data.xpos[body], atol=1e-12)
+            np.testing.assert_allclose(pose.R, data.xmat[body].reshape(3, 3), atol=1e-12)
+    limits = {c.name: c.limits for c in graph.coordinates}
+    assert limits["a"] == pytest.approx((-math.pi / 2, math.pi / 2))
+    assert limits["b2"] == (-math.inf, math.inf)
+
+
+def quaternion(x: float, y: float, z: float) -> np.ndarray:
+    """Turns about moving x, then y, then z."""
+    q = np.array([1.0, 0.0, 0.0, 0.0])
+    for axis, angle in enumerate((x, y, z)):
+        turn = np.zeros(4)
+        turn[0], turn[1 + axis] = math.cos(angle / 2), math.sin(angle / 2)
+        mujoco.mju_mulQuat(q, q.copy(), turn)
+    return q
+
+
+BARS = """<worldbody>
+  <body name="crank"><joint name="A" axis="0 0 1" ref="40"/><geom size="0.01"/>
+    <body name="coupler" pos="0.04 0 0"><joint name="B" axis="0 0 1" ref="-19.7"/>
+      <geom size="0.01"/><site name="C" pos="0.12 0 0"/></body></body>
+  <body name="rocker" pos="0.1 0 0"><joint name="D" axis="0 0 1" ref="57.3"/>
+    <geom size="0.01"/><site name="E" pos="0.08 0 0"/></body>
+</worldbody>"""
+
+CLOSURES = {
+    "sites": '<connect site1="C" site2="E"/>',
+    "hinge of two": """<connect body1="coupler" body2="rocker" anchor="0.12 0 0"/>
+        <connect body1="coupler" body2="rocker" anchor="0.12 0 0.03"/>""",
+    "weak weld": '<weld site1="C" site2="E" torquescale="0"/>',
+}
+
+
+def laid_out(angles: bool) -> str:
+    """The bars with the bodies turned as the joints' `ref` says."""
+    text = BARS
+    if angles:
+        for name, ref in (("crank", "40"), ("coupler", "-19.7"), ("rocker", "57.3")):
+            text = text.replace(f'name="{name}"', f'name="{name}" euler="0 0 {ref}"', 1)
+    return text
+
+
+@pytest.mark.parametrize("closure", CLOSURES)
+def test_a_four_bar_closed_in_every_way_of_mjcf(closure: str, tmp_path: Path) -> None:
+    """Sites do not know how far the loop is open at first; anchors take the first pose as closed,
+    so they stand 0.3 mm off.
+    """
+    text = f"<mujoco>{laid_out(True)}<equality>{CLOSURES[closure]}</equality>"
+    text += '<actuator><motor joint="A"/></actuator></mujoco>'
+    (tmp_path / "bars.xml").write_text(text)
+    mechanism = parakin.load(tmp_path / "bars.xml")
+    assert mechanism.driven == ("A",)
+    kinds = [joint.kind for joint in mechanism.joints]
+    assert kinds.count("revolute") == (4 if closure == "hinge of two" else 3)
+    known = parakin.compile("four-bar", machine_code=False)
+    solver = parakin.compile(mechanism, machine_code=False)
+    angles = np.radians(np.linspace(40, 400, 50))[None]
+    found, expected = solver.at(angles), known.at(angles)
+    assert not np.any(found.status)
+    off = (
+        found.position[solver.coordinates.index("D")]
+        - expected.position[known.coordinates.index("D")]
+    )
+    off -= 2 * np.pi * np.round(off / (2 * np.pi))
+    assert np.abs(off).max() < (2e-2 if closure == "hinge of two" else 1e-12)
+
+
+MJCF_REFUSED: dict[str, tuple[str, str, str]] = {
+    "entities": ("a.xml", '<!DOCTYPE x [<!ENTITY a "b">]><mujoco>&a;</mujoco>', "or entities"),
+    "no xml": ("a.xml", "<mujoco", "a syntax error"),
+    "another": ("a.xml", "<svg/>", "expected <mujoco> (MJCF) or <robot> (URDF)"),
+    "include": ("a.xml", '<mujoco><include file="b.xml"/></mujoco>', "line 1: found <include>"),
+    "gear": (
+        "a.xml",
+        f'<mujoco>{BARS}<equality><joint joint1="A" joint2="B"/></equality></mujoco>',
+        "gears are not supported",
+    ),
+    "senseless": (
+        "a.xml",
+        "<mujoco><worldbody><body childclass='a'/></worldbody></mujoco>",
+        "refuses",
+    ),
+    "no number": (
+        "a.xml",
+        "<mujoco><worldbody><body pos='a'/></worldbody></mujoco>",
+        "line 1: pos: found 'a'",
+    ),
+    "still": ("a.xml", "<mujoco><worldbody/></mujoco>", "no joints that move"),
+}
+
+
+@pytest.mark.parametrize("case", MJCF_REFUSED)
+def test_mjcf_files_that_mean_nothing_are_refused(case: str, tmp_path: Path) -> None:
+    name, text, said = MJCF_REFUSED[case]
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError) as refusal:
+        parakin.load(tmp_path / name)
+    assert said in str(refusal.value)
+    assert str(tmp_path / name) in str(refusal.value)
