@@ -230,7 +230,7 @@ class Session:
             if self.playback is not None:
                 self.drive_tab.leave()
                 self.time = at
-                self._frame(at, slow=True)
+                self._frame(at, full=True)
 
     def _play(self) -> None:
         """The player's thread: sends poses while the motion plays."""
@@ -262,11 +262,12 @@ class Session:
         if over:  # after the time, for who waits for the end
             self._set_playing(False)
         now = time.perf_counter()
-        slow = now - self._last_update > 1 / _UPDATES or not self.playing
-        self._last_update = now if slow else self._last_update
-        self._frame(at, slow=slow)
+        full = now - self._last_update > 1 / _UPDATES or not self.playing
+        self._last_update = now if full else self._last_update
+        self._frame(at, full=full)
 
-    def _frame(self, at: float, *, slow: bool) -> None:
+    def _frame(self, at: float, *, full: bool) -> None:
+        """Send the pose at a time and, if `full`, update text, slider and plots."""
         playback = self.playback
         assert playback is not None
         k = playback.index(at)
@@ -286,7 +287,7 @@ class Session:
         with self.client.atomic():
             self.scene.place(playback.position[k], playback.wxyz[k])
             self.scene.highlight(state.highlighted)
-            if slow:
+            if full:
                 self._slider.value = at
                 self._plots.cursor(at)
                 self._show_state(pose_message(state))
