@@ -116,7 +116,7 @@ def test_a_film_does_not_take_the_place_of_what_is_read(
     recorded = tmp_path / "recorded.mp4"  # whatever its name says
     recorded.write_text("time [s],A [deg]\n0,10\n1,20\n", "utf-8")
     assert main(["solve", "four-bar", str(recorded), "--animate", str(recorded)]) == 2
-    assert "a file that is read" in capsys.readouterr().err
+    assert "a file that the command reads" in capsys.readouterr().err
     assert recorded.read_text("utf-8").startswith("time")
 
 

@@ -74,6 +74,8 @@ class Course:
                 found += len(ends[-1])
                 if found > most:
                     break
+        if not ends:  # `after` is the motion's end, or later
+            return np.zeros(0)
         return _between(np.concatenate(ends), after, until)[:most]
 
     def at(self, time: FloatArray, orders: int) -> FloatArray:
