@@ -1,3 +1,3 @@
-"""The version, known to all rooms."""
+"""The version, known to all packages."""
 
 __version__ = "0.1.0"

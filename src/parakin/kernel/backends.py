@@ -1,6 +1,6 @@
 """Machine code: the kernel traced once into expressions and compiled by heyoka.
 
-The only room that knows heyoka, which builds on Linux have as a wheel and others get from
+The only module that knows heyoka, which builds on Linux have as a wheel and others get from
 conda-forge. Without it the same kernel runs on NumPy arrays, some hundred times slower.
 Arithmetic is IEEE-strict either way, so that a NaN stays one.
 """

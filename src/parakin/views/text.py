@@ -11,6 +11,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from parakin.algebra.angles import nearest_angle
 from parakin.analysis.mobility import Mobility
 from parakin.analysis.singularities import Closeness
 from parakin.arrays import PER_TIME, FloatArray
@@ -192,7 +193,7 @@ def _astray(graph: Graph, k: int, home: FloatArray) -> bool:
     found, guess = float(home[k]), graph.guess[k]
     away = abs(found - guess)
     if graph.coordinates[k].angle:
-        return abs(away - 2 * math.pi * round(away / (2 * math.pi))) > _FAR
+        return abs(nearest_angle(away)) > _FAR
     return away > _FAR * graph.length or found * guess < 0.0
 
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parakin.algebra.angles import nearest_angle
 from parakin.analysis.freedom import freedom_at, outputs_of
 from parakin.arrays import BoolArray, FloatArray
 from parakin.errors import InputError, ParakinError
@@ -107,7 +108,7 @@ class Drive:
         here = np.array([values[name] for name in by])
         for k, assembly in enumerate(assemblies):
             away = (np.array([assembly[name] for name in by]) - here) / units
-            away[angles] = np.remainder(away[angles] + math.pi, 2 * math.pi) - math.pi
+            away[angles] = nearest_angle(away[angles])
             if np.abs(away).max(initial=0.0) < _SAME:
                 return k
         return None
@@ -190,9 +191,9 @@ class Drive:
             name = graph.coordinates[k].name
             if name in self.solver.driven:
                 i = self.solver.driven.index(name)
-                ahead = float(value) - plan.offset(k) - goal[i]
-                turns = round(ahead / (2 * math.pi)) if graph.coordinates[k].angle else 0
-                goal[i] += ahead - 2 * math.pi * turns
+                there = float(value) - plan.offset(k)
+                turns = graph.coordinates[k].angle
+                goal[i] = nearest_angle(there, to=goal[i]) if turns else there
         return goal
 
     def _pose_numbers(self) -> range:
