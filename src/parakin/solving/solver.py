@@ -227,7 +227,7 @@ class Solver:
 
     def solve(
         self,
-        motion: Motion | str,
+        motion: Motion | str | Path,
         *,
         bodies: bool | Sequence[str] = False,
         parallel: bool = False,
@@ -240,7 +240,7 @@ class Solver:
         Samples after the first that fails are NaN and flagged `not reached`; a limit exceeded is
         flagged and its values kept. Raises InputError where the motion's coordinates are others.
         """
-        motion = self.motion(motion) if isinstance(motion, str) else motion
+        motion = motion if isinstance(motion, Motion) else self.motion(motion)
         (result,) = self.stream(motion, max(motion.count, 1), bodies=bodies, parallel=parallel)
         return result
 
@@ -278,11 +278,13 @@ class Solver:
             last = ds
             yield ds
 
-    def schema(self, motion: Motion | str, *, bodies: bool | Sequence[str] = False) -> xr.Dataset:
+    def schema(
+        self, motion: Motion | str | Path, *, bodies: bool | Sequence[str] = False
+    ) -> xr.Dataset:
         """What `solve` gives for a motion, with NaN for every value and nothing solved: its
         variables, coordinates, types and attributes. Raises InputError, as `solve` does.
         """
-        motion = self._driving(self.motion(motion) if isinstance(motion, str) else motion)
+        motion = self._driving(motion if isinstance(motion, Motion) else self.motion(motion))
         points, n = points_of(self.graph, bodies), motion.count
         out = np.broadcast_to(np.nan, (self.reported.count, n))
         status = np.broadcast_to(np.int8(Status.NOT_REACHED), n)
