@@ -24,7 +24,7 @@ def test_a_coordinate_moves_the_end_on_its_own_side(kind: str) -> None:
         end = loops.ends(there, cut)
         moves = {
             name: any(as_float(rate_of(x)) for row in (*pose.R, pose.p) for x in row)
-            for name, pose in (("F", end.F), ("M", end.M))
+            for name, pose in (("F", end.X_WF), ("M", end.X_WM))
         }
         assert moves == {"F": side < 0, "M": side > 0}
     assert before.parent == circuits.graph.joints[cut].parent

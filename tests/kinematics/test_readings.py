@@ -64,7 +64,7 @@ def test_the_cone_angle_is_that_between_the_z_axes(seed: int) -> None:
 
     def angle(time: float) -> float:
         _, end = at(time)
-        z = [np.array(pose.R, dtype=float)[:, 2] for pose in (end.F, end.M)]
+        z = [np.array(pose.R, dtype=float)[:, 2] for pose in (end.X_WF, end.X_WM)]
         return math.acos(float(z[0] @ z[1]))
 
     found = cone(circuits, joint, loops.ends(circuits, joint), FLOATS, derivatives=2)

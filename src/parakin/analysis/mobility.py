@@ -197,7 +197,7 @@ def _leading(graph: Graph) -> dict[int, set[int]]:
 
 def _extra_screws(graph: Graph, at: Configuration, k: int) -> FloatArray:
     """The turns about a joint's centre that it does not allow."""
-    centre = np.array(at.ends[k].F.p, dtype=float)
+    centre = np.array(at.ends[k].X_WF.p, dtype=float)
     own = full_screws(graph, at)[:3, list(graph.joints[k].coordinates)]
     _, sizes, right = np.linalg.svd(own.T) if own.size else (None, np.zeros(0), np.eye(3))
     axes = right[int((sizes > 1e-9).sum()) :]

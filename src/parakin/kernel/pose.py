@@ -369,7 +369,7 @@ def _residual(plan: Plan, circuits: Circuits, functions: Functions) -> tuple[Sca
         end = loops.ends(circuits, cut)
         rows = canonical_rows(plan.graph.joints[cut], cut)
         if rows:
-            square = add(square, dot(end.M.p, end.M.p))
+            square = add(square, dot(end.X_WM.p, end.X_WM.p))
         for row in rows:
             gap = mul(row.per_length(plan.graph), row.value(circuits, end))
             total = add(total, mul(gap, gap))

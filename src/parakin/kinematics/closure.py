@@ -74,7 +74,7 @@ class FrameAxis:
         """In base components."""
         if self.frame == "W":
             return Vector((float(self.axis == 0), float(self.axis == 1), float(self.axis == 2)))
-        return (end.F if self.frame == "F" else end.M).R.column(self.axis)
+        return (end.X_WF if self.frame == "F" else end.X_WM).R.column(self.axis)
 
     def turns(self, circuits: Circuits, end: Ends, coordinate: int, side: float) -> bool:  # noqa: ARG002
         """Whether it turns with a coordinate of the loop."""
@@ -122,7 +122,7 @@ class Gap:
     ) -> Scalar:
         u = self.direction(circuits, end)
         axis, sign = circuits.axes(end.child if side > 0 else end.parent)[coordinate]
-        w, v = pair_velocity(axis, sign * side, end.M.p if side > 0 else end.F.p)
+        w, v = pair_velocity(axis, sign * side, end.X_WM.p if side > 0 else end.X_WF.p)
         slope = dot(u, v)
         if (open_ or self.slides) and self.along.turns(circuits, end, coordinate, side):
             # (w is minus the rate at which F turns with the parent.)
@@ -144,7 +144,7 @@ class Gap:
     def wrench(self, end: Ends, axis_of: AxisOf) -> Wrench:
         u = self.along.direction(end, axis_of)
         # At M: where the gap is not zero, F turns with the parent just as that carries M's place.
-        return Wrench(cross(end.M.p, u), u)
+        return Wrench(cross(end.X_WM.p, u), u)
 
 
 def slide_rate(circuits: Circuits, u: Vector, end: Ends) -> Scalar:
@@ -188,16 +188,16 @@ class CentreDistance:
         centre = _axis(circuits, end, self.coordinate).point
         carried = _precedes(circuits, end, side, coordinate, self.coordinate)
         sign = -side if carried else side
-        arm = (end.M.p if sign > 0 else end.F.p) - centre
-        return arm, sign, centre if carried else end.M.p if side > 0 else end.F.p
+        arm = (end.X_WM.p if sign > 0 else end.X_WF.p) - centre
+        return arm, sign, centre if carried else end.X_WM.p if side > 0 else end.X_WF.p
 
     def _to_gap(self, end: Ends, axis_of: AxisOf) -> Vector:
         """From the centre to the middle of the gap."""
-        return 0.5 * (end.M.p + end.F.p) - axis_of(self.coordinate).point
+        return 0.5 * (end.X_WM.p + end.X_WF.p) - axis_of(self.coordinate).point
 
     def value(self, circuits: Circuits, end: Ends) -> Scalar:
         centre = _axis(circuits, end, self.coordinate).point
-        ahead, behind = end.M.p - centre, end.F.p - centre
+        ahead, behind = end.X_WM.p - centre, end.X_WF.p - centre
         return mul(0.5, sub(dot(ahead, ahead), dot(behind, behind)))
 
     def derivative(
@@ -216,7 +216,7 @@ class CentreDistance:
 
     def wrench(self, end: Ends, axis_of: AxisOf) -> Wrench:
         u = self._to_gap(end, axis_of)
-        return Wrench(cross(end.M.p, u), u)
+        return Wrench(cross(end.X_WM.p, u), u)
 
 
 @dataclass(frozen=True)
@@ -237,7 +237,7 @@ class RodLength:
         side: float,
     ) -> tuple[Vector, float, Vector]:
         """As of `CentreDistance`: the arm is the rod."""
-        return end.d, 1.0, end.M.p if side > 0 else end.F.p
+        return end.d, 1.0, end.X_WM.p if side > 0 else end.X_WF.p
 
     def value(self, circuits: Circuits, end: Ends) -> Scalar:
         length = circuits.graph.joints[self.cut].length
@@ -257,7 +257,7 @@ class RodLength:
         return add(dot(end.d, gap_acceleration(circuits, end)), dot(v, v))
 
     def wrench(self, end: Ends, axis_of: AxisOf) -> Wrench:  # noqa: ARG002
-        return Wrench(cross(end.M.p, end.d), end.d)
+        return Wrench(cross(end.X_WM.p, end.d), end.d)
 
 
 Distance = CentreDistance | RodLength
@@ -276,17 +276,17 @@ class Perpendicular:
         return graph.length
 
     def value(self, circuits: Circuits, end: Ends) -> Scalar:  # noqa: ARG002
-        return dot(end.F.R.column(self.a), end.M.R.column(self.b))
+        return dot(end.X_WF.R.column(self.a), end.X_WM.R.column(self.b))
 
     def _across(self, end: Ends) -> Vector:
-        return cross(end.M.R.column(self.b), end.F.R.column(self.a))
+        return cross(end.X_WM.R.column(self.b), end.X_WF.R.column(self.a))
 
     def derivative(
         self, circuits: Circuits, end: Ends, coordinate: int, side: float, *, open_: bool = False
     ) -> Scalar:
         del open_  # exact on open loops in any case
         axis, sign = circuits.axes(end.child if side > 0 else end.parent)[coordinate]
-        w, _ = pair_velocity(axis, sign * side, end.F.p)
+        w, _ = pair_velocity(axis, sign * side, end.X_WF.p)
         return dot(w, self._across(end))
 
     def rate(self, circuits: Circuits, end: Ends) -> Scalar:
@@ -296,7 +296,7 @@ class Perpendicular:
     def acceleration(self, circuits: Circuits, end: Ends) -> Scalar:
         w_WP, w_WC = circuits.twist(end.parent).w, circuits.twist(end.child).w
         alpha = circuits.accel(end.child).alpha - circuits.accel(end.parent).alpha
-        u, v = end.F.R.column(self.a), end.M.R.column(self.b)
+        u, v = end.X_WF.R.column(self.a), end.X_WM.R.column(self.b)
         turning = cross(cross(w_WC, v), u) + cross(v, cross(w_WP, u))
         return add(dot(alpha, cross(v, u)), dot(w_WC - w_WP, turning))
 
@@ -375,4 +375,4 @@ _FACING = {  # axes of the two bodies that must not only be parallel, but point 
 def cosines(circuits: Circuits, cut: int, end: Ends) -> list[Scalar]:
     """Between axes of a cut joint that have to point the same way: 1 where they do."""
     axes = _FACING.get(circuits.graph.joints[cut].kind, ())
-    return [dot(end.F.R.column(a), end.M.R.column(a)) for a in axes]
+    return [dot(end.X_WF.R.column(a), end.X_WM.R.column(a)) for a in axes]

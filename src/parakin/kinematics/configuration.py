@@ -97,7 +97,7 @@ def full_screws(graph: Graph, at: Configuration, held: Collection[int] = ()) -> 
     screws = at.screws.copy()
     for k, joint in enumerate(graph.joints):
         if len(joint.turns) == 3 and not set(joint.turns) & set(held):
-            centre = np.array(at.ends[k].M.p, dtype=float)
+            centre = np.array(at.ends[k].X_WM.p, dtype=float)
             for number, axis in zip(joint.turns, np.eye(3), strict=True):
                 screws[:, number] = np.concatenate([axis, np.cross(centre, axis)])
     return screws

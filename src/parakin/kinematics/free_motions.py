@@ -70,7 +70,7 @@ def is_idle(at: Configuration, motions: FloatArray) -> bool:
     return not any(
         np.abs(_velocities(at.circuits, body, end.p, rates)).max() > _RESTS * graph.length
         for joint, ends in zip(graph.joints, at.ends, strict=True)
-        for body, end in ((joint.parent, ends.F), (joint.child, ends.M))
+        for body, end in ((joint.parent, ends.X_WF), (joint.child, ends.X_WM))
     )
 
 

@@ -9,23 +9,23 @@ from parakin.kinematics.recursion import Circuits, point_acceleration, point_vel
 
 
 class Ends(NamedTuple):
-    """A cut joint's frames as its two bodies carry them (X_WF on the parent, X_WM on the child),
-    and the gap between their points, d = p_WM - p_WF.
+    """A cut joint's frames, F as its parent carries it and M as its child does, and the gap between
+    their points, d = p_WM - p_WF.
     """
 
     parent: int
     child: int
-    F: Pose
-    M: Pose
+    X_WF: Pose
+    X_WM: Pose
     d: Vector
 
 
 def ends(circuits: Circuits, cut: int) -> Ends:
     """The two ends of the loop that a joint closes."""
     joint = circuits.graph.joints[cut]
-    F = circuits.pose(joint.parent) @ joint.F
-    M = circuits.pose(joint.child) @ joint.M
-    return Ends(joint.parent, joint.child, F, M, M.p - F.p)
+    X_WF = circuits.pose(joint.parent) @ joint.F
+    X_WM = circuits.pose(joint.child) @ joint.M
+    return Ends(joint.parent, joint.child, X_WF, X_WM, X_WM.p - X_WF.p)
 
 
 def sides(circuits: Circuits, cut: int) -> dict[int, float]:
@@ -39,13 +39,13 @@ def sides(circuits: Circuits, cut: int) -> dict[int, float]:
 def gap_velocity(circuits: Circuits, end: Ends) -> Vector:
     """The rate of the gap d."""
     C, P = end.child, end.parent
-    ahead = point_velocity(circuits.pose(C), circuits.twist(C), end.M.p)
-    return ahead - point_velocity(circuits.pose(P), circuits.twist(P), end.F.p)
+    ahead = point_velocity(circuits.pose(C), circuits.twist(C), end.X_WM.p)
+    return ahead - point_velocity(circuits.pose(P), circuits.twist(P), end.X_WF.p)
 
 
 def gap_acceleration(circuits: Circuits, end: Ends) -> Vector:
     """The second derivative of the gap d."""
     C, P = end.child, end.parent
-    ahead = point_acceleration(circuits.pose(C), circuits.twist(C), circuits.accel(C), end.M.p)
-    behind = point_acceleration(circuits.pose(P), circuits.twist(P), circuits.accel(P), end.F.p)
+    ahead = point_acceleration(circuits.pose(C), circuits.twist(C), circuits.accel(C), end.X_WM.p)
+    behind = point_acceleration(circuits.pose(P), circuits.twist(P), circuits.accel(P), end.X_WF.p)
     return ahead - behind

@@ -32,14 +32,14 @@ def read(circuits: Circuits, cut: int, end: Ends, functions: Functions) -> Readi
     """The coordinates of a joint outside the tree, from the poses of its bodies."""
     joint = circuits.graph.joints[cut]
     slides = {
-        k: dot(end.F.R.column(pair.axis), end.d)
+        k: dot(end.X_WF.R.column(pair.axis), end.d)
         for k, pair in zip(joint.coordinates, joint.pairs, strict=True)
         if pair.slides
     }
     axes = _turning(joint)
     if not axes:
         return Reading(slides, {})
-    R_FM = end.F.R.T @ end.M.R @ joint.tail.T
+    R_FM = end.X_WF.R.T @ end.X_WM.R @ joint.tail.T
     return Reading(slides, _turns(R_FM, axes, functions))
 
 
@@ -64,11 +64,11 @@ def _turns(
 
 def _directions(joint: GraphJoint, end: Ends, middle: Scalar) -> list[Vector]:
     axes = _turning(joint)
-    found = [end.F.R.column(axes[0][1])] if axes else []
+    found = [end.X_WF.R.column(axes[0][1])] if axes else []
     if len(axes) == 2:
-        found.append(end.M.R.column(2))
+        found.append(end.X_WM.R.column(2))
     elif len(axes) == 3:
-        last = end.M.R.column(axes[2][1])
+        last = end.X_WM.R.column(axes[2][1])
         across = cross(last, found[0]) * (_parity(axes) / middle)
         found += [across, last]
     return found
@@ -107,7 +107,7 @@ def read_rates(
         second = dict(zip(turning, _resolved(bias, directions), strict=True))
     for k, pair in zip(joint.coordinates, joint.pairs, strict=True):
         if pair.slides:
-            u = end.F.R.column(pair.axis)
+            u = end.X_WF.R.column(pair.axis)
             rates[k] = slide_rate(circuits, u, end)
             if accelerations:
                 second[k] = slide_acceleration(circuits, u, end)
@@ -119,7 +119,7 @@ def cone(
 ) -> tuple[Scalar, Scalar, Scalar]:
     """The angle between a spherical joint's two z axes, and its derivatives (undefined at 0)."""
     row = Perpendicular(cut, 2, 2)
-    z, cosine = cross(end.F.R.column(2), end.M.R.column(2)), row.value(circuits, end)
+    z, cosine = cross(end.X_WF.R.column(2), end.X_WM.R.column(2)), row.value(circuits, end)
     square = dot(z, z)
     sine = functions.sqrt(square)
     angle = functions.atan2(sine, cosine)

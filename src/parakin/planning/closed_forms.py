@@ -122,7 +122,7 @@ def steady(graph: Graph, rows: Sequence[Row], samples: Sequence[Configuration]) 
     volumes = []
     for at in samples:
         matrix = np.array([functional(at, row) for row in rows])
-        point = np.array(at.ends[rows[0].cut].M.p, dtype=float)
+        point = np.array(at.ends[rows[0].cut].X_WM.p, dtype=float)
         matrix[:, :3] -= np.cross(point, matrix[:, 3:])
         matrix[:, :3] /= graph.length
         sizes = np.linalg.norm(matrix, axis=1, keepdims=True)

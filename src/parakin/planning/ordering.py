@@ -134,7 +134,7 @@ def unlocked(graph: Graph, at: Configuration, held: Sequence[int]) -> tuple[Grap
         if abs(np.linalg.det(at.screws[:3, turns])) > _LEVEL:
             continue
         end = at.ends[k]
-        graph = graph.recentred(k, matrix(as_array(end.F.R.T @ end.M.R).tolist()))
+        graph = graph.recentred(k, matrix(as_array(end.X_WF.R.T @ end.X_WM.R).tolist()))
         slides = [n for n in joint.coordinates if n not in turns]
         q = np.concatenate([q, at.q[slides], np.zeros(3)])
     return (graph, configure(graph, graph.posed_tree(), q)) if graph.twins else (graph, at)
