@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from parakin.algebra.spatial import (
     IDENTITY,
-    NOWHERE,
+    IDENTITY_POSE,
     ZERO,
     Matrix,
     Pose,
@@ -98,7 +98,7 @@ def test_literal_zeros_and_ones_fold() -> None:
     assert tuple(a + ZERO) == (x, x, x)
     assert tuple(a * 0.0) == (0.0, 0.0, 0.0)
     assert tuple(IDENTITY @ a) == (x, x, x)
-    assert tuple((NOWHERE @ Pose(IDENTITY, a)).p) == (x, x, x)
+    assert tuple((IDENTITY_POSE @ Pose(IDENTITY, a)).p) == (x, x, x)
 
 
 def test_a_numpy_zero_is_a_value_and_does_not_fold() -> None:

@@ -10,9 +10,9 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-from parakin.algebra.spatial import NOWHERE, Matrix, Pose, Vector
+from parakin.algebra.spatial import IDENTITY_POSE, Matrix, Pose, Vector
 from parakin.errors import InputError
-from parakin.files.links import Link, gathered, posed, rigid, screwed
+from parakin.files.links import Link, merge_chains, merge_rigid, merge_screws, split_off_platform
 from parakin.model.placement import vector
 
 
@@ -40,7 +40,7 @@ def test_fixed_links_are_one_body_and_know_their_place_on_it() -> None:
         Link("weld 2", "fixed", "b", "c", second),
         Link("tip", "revolute", "c", "d", at(y=0.1)),
     ]
-    moving, owner = rigid("base", links, "file")
+    moving, owner = merge_rigid("base", links, "file")
     assert [link.name for link in moving] == ["hinge", "tip"]
     assert {name: body for name, (body, _) in owner.items()} == {
         **{"base": "base", "a": "a", "b": "a", "c": "a", "d": "d"}
@@ -53,7 +53,7 @@ def test_fixed_links_are_one_body_and_know_their_place_on_it() -> None:
 
 def test_what_is_fixed_to_the_base_is_the_base() -> None:
     links = [Link("w", "fixed", "a", "base", at(x=1.0)), Link("h", "revolute", "a", "b")]
-    moving, owner = rigid("base", links, "file")
+    moving, owner = merge_rigid("base", links, "file")
     assert owner["a"][0] == "base"
     assert_allclose(matrix(owner["a"][1]), np.linalg.inv(matrix(at(x=1.0))))
     assert moving[0].parent == "base"
@@ -62,12 +62,12 @@ def test_what_is_fixed_to_the_base_is_the_base() -> None:
 def test_links_welded_twice_have_to_be_where_they_are() -> None:
     twice = [Link("one", "fixed", "base", "a", at(x=1.0)), Link("two", "fixed", "base", "a")]
     same = [twice[0], replace(twice[1], F=at(x=1.0))]
-    assert rigid("base", same, "file")[0] == []
+    assert merge_rigid("base", same, "file")[0] == []
     with pytest.raises(InputError, match="file: two: found links that are already rigid"):
-        rigid("base", twice, "file")
+        merge_rigid("base", twice, "file")
     inside = [twice[0], Link("three", "revolute", "base", "a")]
     with pytest.raises(InputError, match="which are one rigid body; expected a joint between"):
-        rigid("base", inside, "file")
+        merge_rigid("base", inside, "file")
 
 
 # ---- hinges and slides in chains
@@ -102,7 +102,7 @@ QUARTER = math.pi / 2
     ],
 )
 def test_chains_become_the_joint_they_make_or_stay(links: list[Link], kind: str | None) -> None:
-    found = gathered(links, {"base"})
+    found = merge_chains(links, {"base"})
     if kind is None:
         assert found == links
     else:
@@ -115,8 +115,8 @@ def test_chains_become_the_joint_they_make_or_stay(links: list[Link], kind: str 
 def test_a_chain_stays_where_something_else_hangs_from_its_inside() -> None:
     links = chain(("revolute", "z", 0.0), ("prismatic", "z", 0.0))
     more = [*links, Link("other", "revolute", "b1", "c")]
-    assert gathered(more, {"base"}) == more
-    assert gathered(links, {"base", "b1"}) == links
+    assert merge_chains(more, {"base"}) == more
+    assert merge_chains(links, {"base", "b1"}) == links
 
 
 # ---- screws
@@ -126,7 +126,7 @@ def test_a_coupled_hinge_and_slide_are_a_screw() -> None:
     hinge = Link("h", "revolute", "base", "nut", at(x=1.0), values=(0.2,))
     slide = Link("s", "prismatic", "nut", "rod", values=(0.1,))
     coupling = Link("c", "screw", "h", "s", pitch=0.5)
-    (screw,) = screwed([hinge, slide], [coupling], "file")
+    (screw,) = merge_screws([hinge, slide], [coupling], "file")
     assert (screw.name, screw.parent, screw.child) == ("h", "base", "rod")
     assert screw.pitch == pytest.approx(
         2 * math.pi * 0.5
@@ -136,9 +136,9 @@ def test_a_coupled_hinge_and_slide_are_a_screw() -> None:
         with pytest.raises(
             InputError, match="a slide along the axis of the hinge it is coupled to"
         ):
-            screwed([hinge, wrong], [coupling], "file")
+            merge_screws([hinge, wrong], [coupling], "file")
     with pytest.raises(InputError, match="expected one coupling for each joint"):
-        screwed([hinge, slide], [coupling, coupling], "file")
+        merge_screws([hinge, slide], [coupling, coupling], "file")
 
 
 # ---- the platform
@@ -146,8 +146,11 @@ def test_a_coupled_hinge_and_slide_are_a_screw() -> None:
 
 def test_a_free_joint_in_a_loop_is_the_platforms_pose() -> None:
     leg = [Link("a", "revolute", "base", "leg"), Link("b", "spherical", "leg", "top")]
-    pose = Link("pose", "free", "base", "top", NOWHERE, at(x=0.1))
-    assert posed("base", [*leg, pose]) == (leg, pose)
-    assert posed("base", [leg[0], pose]) == ([leg[0], pose], None)  # what carries it, then
-    assert posed("base", [*leg, replace(pose, actuated=True)])[1] is None
-    assert posed("base", [*leg, replace(pose, F=at(x=1.0))])[1] is None
+    pose = Link("pose", "free", "base", "top", IDENTITY_POSE, at(x=0.1))
+    assert split_off_platform("base", [*leg, pose]) == (leg, pose)
+    assert split_off_platform("base", [leg[0], pose]) == (
+        [leg[0], pose],
+        None,
+    )  # what carries it, then
+    assert split_off_platform("base", [*leg, replace(pose, actuated=True)])[1] is None
+    assert split_off_platform("base", [*leg, replace(pose, F=at(x=1.0))])[1] is None

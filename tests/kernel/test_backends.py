@@ -7,7 +7,7 @@ import pytest
 
 import parakin
 from parakin.kernel.backends import has_machine_code, input_count, make_kernel
-from parakin.kernel.rows import Outputs
+from parakin.kernel.outputs import Outputs
 
 
 @pytest.mark.skipif(not has_machine_code(), reason="heyoka is not installed")

@@ -12,7 +12,7 @@ from parakin.kernel.connectivity import (
     System,
     jacobian,
     signed_square,
-    substituted,
+    solve_blocks,
     unsolved_volume,
 )
 from parakin.kinematics.configuration import circuits_at
@@ -34,7 +34,7 @@ def test_velocities_are_those_of_the_textbook() -> None:
     plan, circuits = four_bar(rate)
     systems = [System.of(circuits, block) for block in plan.blocks]
     drifts = [system.rates(circuits) for system in systems]
-    found, _ = substituted(plan, systems, drifts, FLOATS)
+    found, _ = solve_blocks(plan, systems, drifts, FLOATS)
     at = {c.name: float(plan.home[k]) for k, c in enumerate(plan.graph.coordinates)}
     rates = {plan.graph.coordinates[k].name: as_float(value) for k, value in found.items()}
     a, b, c = 0.04, 0.12, 0.08
@@ -51,8 +51,8 @@ def test_a_blocks_own_columns_are_its_jacobian() -> None:
     plan, circuits = four_bar(0.0)
     for block in plan.blocks:
         system = System.of(circuits, block)
-        assert system.own == jacobian(circuits, block)
-        assert all(set(columns) <= set(block.needs) for columns in system.earlier)
+        assert system.jacobian == jacobian(circuits, block)
+        assert all(set(columns) <= set(block.needs) for columns in system.coupling)
 
 
 @pytest.mark.parametrize(("a", "square"), [(3.0, 9.0), (-2.0, -4.0), (0.0, 0.0)])

@@ -132,7 +132,7 @@ def test_a_rows_rate_is_the_power_of_its_wrench(kind: str) -> None:
     """Of any motion, at a closed loop: the wrench knows how the bodies' twists change the row."""
     circuits, cut = closed(kind)
     rng = np.random.default_rng(3)
-    moving = circuits.varied(rates={k: float(rng.normal()) for k in circuits.rates})
+    moving = circuits.with_coordinates(rates={k: float(rng.normal()) for k in circuits.rates})
     end = loops.ends(moving, cut)
     joint = moving.graph.joints[cut]
 

@@ -65,7 +65,7 @@ def test_the_jacobian_is_that_of_the_gaps(kind: str, seed: int) -> None:
     assert np.abs(gaps).max() < 1e-14
     assert jacobian.shape == (len(rows), len(graph.coordinates))
     h = 1e-6
-    for k in graph.inside(tree):
+    for k in graph.tree_coordinates(tree):
         ahead, behind = (
             closure_system(
                 graph, tree, configure(graph, tree, at.q + step * np.eye(len(at.q))[k]), signs

@@ -51,7 +51,9 @@ def test_they_keep_the_loop_closed(kind: str, seed: int) -> None:
     motions = free_motions(graph, tree, at)
     assert motions.shape == (len(q), 2 + FREEDOMS[kind])
     for motion in motions.T:
-        moving = circuits.varied(rates={k: float(motion[k]) for k in graph.inside(tree)})
+        moving = circuits.with_coordinates(
+            rates={k: float(motion[k]) for k in graph.tree_coordinates(tree)}
+        )
         end = loops.ends(moving, cut)
         for row in canonical_rows(graph.joints[cut], cut):
             assert abs(as_float(row.rate(moving, end))) < 1e-13, row

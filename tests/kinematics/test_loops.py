@@ -34,7 +34,7 @@ def test_a_coordinate_moves_the_end_on_its_own_side(kind: str) -> None:
 def test_the_gap_moves_as_its_position_says(seed: int) -> None:
     circuits, cut = closed("spherical", seed)
     rng = np.random.default_rng(seed)
-    moving = circuits.varied(rates={k: float(rng.normal()) for k in circuits.rates})
+    moving = circuits.with_coordinates(rates={k: float(rng.normal()) for k in circuits.rates})
     end = loops.ends(moving, cut)
     there = differentiated(moving, {k: as_float(rate) for k, rate in moving.rates.items()})
     exact = [as_float(rate_of(x)) for x in loops.ends(there, cut).d]

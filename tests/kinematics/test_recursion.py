@@ -18,8 +18,8 @@ from scipy.spatial.transform import Rotation
 
 import parakin
 from parakin.arrays import ORDERS
-from parakin.kernel.pose import trace
-from parakin.kernel.rows import Outputs
+from parakin.kernel.outputs import Outputs
+from parakin.kernel.pose import solve_pose
 
 Compiled = Callable[..., parakin.Solver]
 
@@ -48,7 +48,7 @@ def test_rates_agree_with_automatic_differentiation(driven: tuple[str, ...], rea
     started = [MP.mpf(at[solver.graph.coordinates[k].name]) for k in solver.plan.iterated]
     outputs = Outputs(tuple(numbers), derivatives=0)
     jets = [Jet(*map(MP.mpf, orders)) for orders in zip(y, yd, ydd, yddd, strict=True)]
-    found = trace(solver.plan, [jets], [Jet(q) for q in started], jet_functions(), outputs, 3)
+    found = solve_pose(solver.plan, [jets], [Jet(q) for q in started], jet_functions(), outputs, 3)
     exact = [jet(q) for q in found[: len(names)]]
     for quantity, part, bound in (
         (tick.position, "value", 1e-13),

@@ -7,7 +7,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from parakin.algebra.spatial import IDENTITY, NOWHERE
+from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE
 from parakin.model.joints import PAIRS, THETA, X_TURN, Z_SLIDE, Z_TURN, GraphJoint, Pair
 from parakin.model.mechanism import Kind
 
@@ -26,7 +26,7 @@ FREEDOMS = {
 
 
 def joint(*pairs: Pair) -> GraphJoint:
-    return GraphJoint("J", "free", 0, 1, NOWHERE, NOWHERE, pairs, IDENTITY, 5)
+    return GraphJoint("J", "free", 0, 1, IDENTITY_POSE, IDENTITY_POSE, pairs, IDENTITY, 5)
 
 
 @pytest.mark.parametrize("kind", FREEDOMS)

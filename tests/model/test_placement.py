@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from parakin import Frame, InputError
-from parakin.algebra.spatial import NOWHERE, Pose, Vector, as_array, matrix
+from parakin.algebra.spatial import IDENTITY_POSE, Pose, Vector, as_array, matrix
 from parakin.model.expressions import Parameters
 from parakin.model.placement import about, placement_of, snapped, unit, vector
 
@@ -46,7 +46,7 @@ def test_placements_compose_and_invert_as_homogeneous_matrices(
     assert_allclose(matrix_of(a @ b), A @ B, atol=1e-13)
     assert_allclose(matrix_of(a.inverse), np.linalg.inv(A), atol=1e-12)
     assert_allclose(matrix_of(a @ a.inverse), np.eye(4), atol=1e-13)
-    assert NOWHERE @ a == a
+    assert IDENTITY_POSE @ a == a
 
 
 @PATIENT

@@ -122,4 +122,4 @@ def differentiated(circuits: Circuits, rates: Mapping[int, float]) -> Circuits:
         )
         for k, turn in circuits.turns.items()
     }
-    return circuits.varied(turns)
+    return circuits.with_coordinates(turns)

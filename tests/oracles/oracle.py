@@ -22,7 +22,7 @@ from parakin.motion.motion import Motion
 
 Array = NDArray[np.float64]
 BALLS = ("spherical", "free")
-NOWHERE = Pose(np.eye(3), np.zeros(3))
+IDENTITY_POSE = Pose(np.eye(3), np.zeros(3))
 
 
 def moves_of(solver: parakin.Solver, joint: GraphJoint) -> list[tuple[str, int, int]]:
@@ -217,13 +217,13 @@ class Hand:
         Lengths in characteristic lengths, coordinates in units.
         """
         length, count = self.solver.graph.length, len(state.q)
-        bodies = {0: (NOWHERE, np.zeros((6, count)))}
+        bodies = {0: (IDENTITY_POSE, np.zeros((6, count)))}
         rest, rows = [np.zeros(0)], [np.zeros((0, count))]
         for joint, closing in self.order:
             F, M = framed(joint.F), framed(joint.M)
             if joint.parent not in bodies:
                 child, T = bodies[joint.child]
-                X = F @ self.screws(joint, NOWHERE, state)[0] @ M.inverse()
+                X = F @ self.screws(joint, IDENTITY_POSE, state)[0] @ M.inverse()
                 parent = child @ X.inverse()
                 bodies[joint.parent] = (parent, T - self.screws(joint, parent @ F, state)[1])
                 continue

@@ -14,11 +14,12 @@ from parakin.kinematics.configuration import circuits_at
 from parakin.planning.forms import (
     CosineAngle,
     Form,
-    Found,
     Iterated,
     LinearSlide,
     QuadraticSlide,
+    Solution,
     TangentAngle,
+    TwoRoots,
     TwoRowAngle,
     signed,
 )
@@ -44,13 +45,13 @@ def plan_of(name: str, driven: tuple[str, ...] | None) -> Plan:
     return parakin.compile(name, driven, machine_code=False).plan
 
 
-def solved(plan: Plan, block: Block) -> tuple[Found, float]:
+def solved(plan: Plan, block: Block) -> tuple[Solution, float]:
     """Of a block of one unknown at home, all others being there; and how far its rows are off."""
     assert not isinstance(block.form, Iterated)
     (k,) = block.unknowns
     base = circuits_at(plan.graph, plan.tree, plan.home)
     found = block.form.solve(base, k, block.rows, FLOATS)
-    there = base.varied({k: found.turn})
+    there = base.with_coordinates({k: found.turn})
     off = [abs(as_float(row.value(there, loops.ends(there, row.cut)))) for row in block.rows]
     return found, max(off)
 
@@ -80,7 +81,7 @@ def test_every_form_has_been_tried() -> None:
 def test_the_other_sign_gives_the_other_root(name: str, driven: tuple[str, ...] | None) -> None:
     plan = plan_of(name, driven)
     for block in plan.blocks:
-        if not isinstance(block.form, (QuadraticSlide, TangentAngle, CosineAngle)):
+        if not isinstance(block.form, TwoRoots):
             continue
         other = type(block.form)(**{**vars(block.form), "sign": -block.form.sign})
         found, off = solved(plan, Block(block.unknowns, block.rows, other))

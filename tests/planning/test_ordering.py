@@ -7,7 +7,7 @@ import pytest
 import parakin
 from parakin.errors import DrivenError
 from parakin.kinematics.configuration import configure
-from parakin.planning.ordering import unlocked
+from parakin.planning.ordering import with_twins
 
 
 def sizes(name: str, driven: tuple[str, ...] | None = None, **options: object) -> list[int]:
@@ -44,11 +44,11 @@ def test_three_angles_that_are_nearly_undefined_get_a_twin_beside_them() -> None
     graph = solver.graph
     q = solver.plan.home[: len(graph.coordinates)].copy()
     at = configure(graph, graph.posed_tree(), q)
-    assert unlocked(graph, at, held=())[0] is graph
+    assert with_twins(graph, at, held=())[0] is graph
     pitch = graph.index("platform.pitch", "test")
     q[pitch] = 1.5  # rad: where roll and yaw are all but the same
     at = configure(graph, graph.posed_tree(), q)
-    twinned, there = unlocked(graph, at, held=())
+    twinned, there = with_twins(graph, at, held=())
     assert list(twinned.twins) == [graph.platform]
     assert len(there.q) == len(q) + 6
-    assert unlocked(graph, at, held=[pitch])[0] is graph
+    assert with_twins(graph, at, held=[pitch])[0] is graph

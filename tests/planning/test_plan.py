@@ -14,7 +14,7 @@ def test_unknowns_are_in_order_of_solution_and_each_once() -> None:
     for block in plan.blocks:
         assert set(block.needs) <= {*plan.unknowns[: plan.unknowns.index(block.unknowns[0])]}
         assert not known & set(block.unknowns)
-    assert {*known, *plan.unknowns} == set(plan.graph.inside(plan.tree))
+    assert {*known, *plan.unknowns} == set(plan.graph.tree_coordinates(plan.tree))
 
 
 @pytest.mark.parametrize(
@@ -35,5 +35,5 @@ def test_coordinates_counted_from_home_are_offset_by_it() -> None:
     plan = parakin.compile("flight-simulator", machine_code=False).plan
     psi = plan.graph.index("platform.psi", "test")
     assert psi in plan.graph.from_home
-    assert plan.offset(psi) == plan.zero[psi] != 0.0
+    assert plan.offset(psi) == plan.own_home[psi] != 0.0
     assert plan.offset(plan.graph.index("A1", "test")) == 0.0

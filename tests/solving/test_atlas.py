@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import parakin
-from parakin.kernel.rows import Outputs
+from parakin.kernel.outputs import Outputs
 from parakin.solving.atlas import Atlas
 from parakin.solving.charts import Chart
 from parakin.solving.tracking import Piece
@@ -15,7 +15,7 @@ def test_pieces_are_put_together_and_the_rest_is_nan() -> None:
     solver = parakin.compile("four-bar", coordinates="all", machine_code=False)
     outputs = solver.reported
     chart = Chart(solver.plan, outputs, len(outputs.coordinates), machine_code=False)
-    other = Chart(solver.plan, outputs, len(outputs.coordinates), False, share=0.5)
+    other = Chart(solver.plan, outputs, len(outputs.coordinates), False, relative_regularity=0.5)
     atlas = Atlas(chart, outputs)
     first, second = np.full((outputs.count, 2), 1.0), np.full((outputs.count, 3), 2.0)
     out = atlas.reported([Piece(0, 2, chart, first), Piece(2, 5, other, second)], 7)

@@ -56,7 +56,7 @@ def test_a_chart_made_elsewhere_gives_the_same_pose() -> None:
     y = np.array([solver.home[name] for name in LEGS]) + 0.02
     tick = solver.at(y)
     there = chart.configuration(y, np.concatenate([tick.position, np.zeros(100)]))
-    other = chart.another(there)
+    other = chart.replanned_at(there)
     assert other is not None
     assert other is not chart
     k = solver.graph.index("platform.z", "test")

@@ -24,9 +24,9 @@ def test_a_home_state_is_at_rest() -> None:
     solver = parakin.compile("gough-stewart", LEGS, machine_code=False)
     state = home_state(solver._chart)
     assert state.driven.shape == (3, 6)
-    assert state.found.shape == (3, 6)
+    assert state.iterated.shape == (3, 6)
     assert not state.driven[1:].any()
-    assert not state.found[1:].any()
+    assert not state.iterated[1:].any()
 
 
 def test_the_way_there_is_that_of_the_inverse() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 import parakin
 from parakin import InputError
-from parakin.solving.inputs import moderate, stacked
+from parakin.solving.inputs import all_bounded, stacked
 
 LEGS = tuple(f"P{i}" for i in range(1, 7))
 
@@ -40,11 +40,11 @@ def test_other_shapes_are_refused(y: object, yd: object, said: str) -> None:
 @pytest.mark.parametrize("wild", [np.nan, np.inf, -np.inf, 1e101, -1e200])
 def test_one_number_that_is_none_or_too_large_shows(shape: tuple[int, ...], wild: float) -> None:
     plain = np.ones(shape)
-    assert moderate(plain)
+    assert all_bounded(plain)
     other = plain.copy()
     other.flat[-1] = wild
-    assert not moderate(other)
-    assert not moderate(plain, other)
+    assert not all_bounded(other)
+    assert not all_bounded(plain, other)
 
 
 @pytest.mark.parametrize("machine_code", [False, True])
@@ -78,7 +78,7 @@ def test_iterated_coordinates_that_are_not_reported_need_a_tick() -> None:
     solver = parakin.compile("gough-stewart", LEGS, coordinates=["platform.x"], machine_code=False)
     y = [solver.home[name] for name in LEGS]
     tick = solver.at(y)
-    assert len(tick.found) == len(solver.iterated) == 6
+    assert len(tick.iterated) == len(solver.iterated) == 6
     np.testing.assert_allclose(solver.at(y, guess=tick).position, tick.position, atol=1e-14)
     with pytest.raises(InputError, match="are iterated and not among the coordinates"):
         solver.at(y, guess=tick.position)

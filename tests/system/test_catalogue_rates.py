@@ -8,8 +8,8 @@ from closed_form import MP, Jet, jet
 from jets import jet_functions
 
 import parakin
-from parakin.kernel.pose import trace
-from parakin.kernel.rows import Outputs
+from parakin.kernel.outputs import Outputs
+from parakin.kernel.pose import solve_pose
 from parakin.model.evaluation import graph_of
 
 NAMES = [name for name in parakin.catalogue() if name != "flight-simulator-upu"]
@@ -33,7 +33,7 @@ def test_rates_agree_with_automatic_differentiation(name: str) -> None:
         Jet(MP.mpf(at[solver.coordinates.index(graph.coordinates[k].name)])) for k in plan.iterated
     ]
     outputs = Outputs(tuple(numbers), derivatives=0)
-    exact = [jet(x) for x in trace(plan, [jets], started, jet_functions(), outputs, 3)]
+    exact = [jet(x) for x in solve_pose(plan, [jets], started, jet_functions(), outputs, 3)]
     assert float(exact[len(numbers)].value) < 1e-12 * graph.length
     parts = {"position": "value", "velocity": "rate", "acceleration": "accel", "jerk": "jerk"}
     for order, part in parts.items():

@@ -112,7 +112,7 @@ def test_literal_upu_legs_leave_one_freedom_and_are_named() -> None:
     graph = graph_of(parakin.load("flight-simulator-upu"))
     found = mobility(graph, assembled(graph), 3)
     assert (found.grubler, found.home, set(found.nearby)) == (-5, 1, {1})
-    assert (found.to_blame, found.cured) == (("B4", "C4"), 3)
+    assert (found.to_blame, found.mobility_if_spherical) == (("B4", "C4"), 3)
     with pytest.raises(parakin.DrivenError, match="mobility 1"):
         parakin.compile("flight-simulator-upu")
 

@@ -19,8 +19,8 @@ from replays import replayed
 
 import parakin
 from parakin.kernel.backends import has_machine_code
-from parakin.kernel.pose import trace
-from parakin.kernel.rows import Outputs
+from parakin.kernel.outputs import Outputs
+from parakin.kernel.pose import solve_pose
 from parakin.motion.laws import from_laws, polynomial345
 
 REASONS = (
@@ -105,7 +105,7 @@ def check_rates(solver: parakin.Solver, result: xr.Dataset, i: int) -> None:
     drives = [Jet(*(MP.mpf(float(of[n][i])) for of in (q, v, a, j))) for n in solver.driven]
     started = [Jet(MP.mpf(float(q[coordinates[k].name][i]))) for k in solver.plan.iterated]
     outputs = Outputs(tuple(range(len(coordinates))), derivatives=0, checks=False)
-    found = trace(solver.plan, [drives], started, jet_functions(), outputs, 3)
+    found = solve_pose(solver.plan, [drives], started, jet_functions(), outputs, 3)
     exact = {c.name: jet(x) for c, x in zip(coordinates, found, strict=True)}
     for ours, part in ((v, "rate"), (a, "accel"), (j, "jerk")):
         size = max(1.0, *(abs(float(values[i])) for values in ours.values()))

@@ -197,4 +197,4 @@ class Pose(NamedTuple, Generic[S_co]):
         return Pose(R_BA, ZERO - R_BA @ self.p)
 
 
-NOWHERE: Pose[float] = Pose(IDENTITY, ZERO)
+IDENTITY_POSE: Pose[float] = Pose(IDENTITY, ZERO)

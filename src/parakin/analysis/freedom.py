@@ -113,7 +113,7 @@ class Freedom(NamedTuple):
     held: float
 
     @property
-    def said(self) -> str:
+    def description(self) -> str:
         """As what a motion stops at."""
         if self.kind == "angles":
             return self.words
@@ -159,7 +159,7 @@ def freedom(solver: Solver, sets: Sets | None, q: FloatArray, rank: int, best: f
 def whole_values(plan: Plan, q: FloatArray) -> FloatArray:
     """Singular values of all closure rows by all coordinates of the tree, (n, values)."""
     graph, tree = plan.graph, plan.tree
-    inside, rows = graph.inside(tree), all_rows(graph, tree)
+    inside, rows = graph.tree_coordinates(tree), all_rows(graph, tree)
     if not rows:
         return np.ones((q.shape[1], 1))
     slopes = jacobian(circuits_at(graph, tree, q), Block(tuple(inside), tuple(rows)))
@@ -199,7 +199,7 @@ def _judged(
     if rest[0]:
         return "type 2", freed(graph, sets, free, q)
     if rest[1]:
-        return "type 1", idling(graph, sets, free)
+        return "type 1", type1_words(graph, sets, free)
     return "driven", locked
 
 
@@ -213,7 +213,7 @@ def freed(graph: Graph, sets: Sets, rates: FloatArray, q: FloatArray) -> str:
     return f"{_outputs(graph, sets, rates, q)} with the actuators locked ({actuators})"
 
 
-def idling(graph: Graph, sets: Sets, rates: FloatArray) -> str:
+def type1_words(graph: Graph, sets: Sets, rates: FloatArray) -> str:
     """Type 1 in words."""
     rests = "the platform" if set(sets.outputs) <= set(sets.pose) else names(graph, sets.outputs)
     return f"{moving(graph, rates, sets.actuated)} while {rests} rests"

@@ -19,9 +19,9 @@ from parakin.kinematics.configuration import (
     configure,
     coordinate_scales,
     full_screws,
-    functional,
     loop_rank,
     loop_signs,
+    row_wrench,
 )
 from parakin.kinematics.free_motions import free_motions, holders, is_idle
 from parakin.model.graph import Graph
@@ -50,8 +50,8 @@ class Mobility:
     body. home: by rank at home. nearby: by rank at closed configurations around home, its
     generic value the smallest. tree_coordinates, rows, rank: of the loops cut open along the
     default tree. to_blame: joints which, were they spherical, would let the driven coordinates
-    move; with `cured`, the mobility then. idle: coordinates of freedoms that move neither platform
-    nor actuators. loops: of the default tree, with their ranks.
+    move; with `mobility_if_spherical`, the mobility then. idle: coordinates of free motions that
+    move neither platform nor actuators. loops: of the default tree, with their ranks.
     """
 
     bodies: int
@@ -65,7 +65,7 @@ class Mobility:
     cuts: tuple[str, ...]
     wanted: int
     to_blame: tuple[str, ...]
-    cured: int
+    mobility_if_spherical: int
     idle: tuple[str, ...] = ()
     loops: tuple[Loop, ...] = ()
 
@@ -95,13 +95,13 @@ def mobility(graph: Graph, home: Configuration, wanted: int = 0) -> Mobility:
     ]
     cuts = [k for k in tree.cuts if k != graph.platform]
     rows = sum(len(canonical_rows(graph.joints[k], k)) for k in cuts)
-    inside = len(graph.inside(tree))
+    inside = len(graph.tree_coordinates(tree))
     by_rank = [mobility_at(graph, c) for c in (at, *nearby)]
     blamed: list[str] = []
-    cured = min(by_rank)
-    if cured < wanted:
+    mobility_if_spherical = min(by_rank)
+    if mobility_if_spherical < wanted:
         generic = (at, *nearby)[int(np.argmin(by_rank))]
-        blamed, cured = _blame(graph, generic, wanted)
+        blamed, mobility_if_spherical = _blame(graph, generic, wanted)
     return Mobility(
         bodies=len(graph.bodies),
         joints=len(real),
@@ -114,7 +114,7 @@ def mobility(graph: Graph, home: Configuration, wanted: int = 0) -> Mobility:
         cuts=tuple(graph.joints[k].name for k in cuts),
         wanted=wanted,
         to_blame=tuple(blamed),
-        cured=cured,
+        mobility_if_spherical=mobility_if_spherical,
         idle=tuple(graph.coordinates[k].name for k in idle_coordinates(graph, (*nearby, at))),
         loops=tuple(_loop(graph, (nearby or [at])[0], cut) for cut in cuts),
     )
@@ -175,7 +175,7 @@ def mobility_at(graph: Graph, at: Configuration, freed: Sequence[int] = ()) -> i
             place += screws.shape[1]
         if graph.joints[cut].kind == "rod":  # one row, not six: nothing but its length is kept
             (row,) = canonical_rows(graph.joints[cut], cut)
-            block = functional(at, row)[None, :] @ block / graph.joints[cut].length
+            block = row_wrench(at, row)[None, :] @ block / graph.joints[cut].length
             loops.append(block / graph.length)
         else:
             loops.append(scale * block)

@@ -28,15 +28,15 @@ from parakin.analysis.freedom import (
     Sets,
     freed,
     freedom,
-    idling,
     sets_of,
+    type1_words,
     whole_values,
 )
 from parakin.analysis.twists import platform_axes, platform_motion
 from parakin.arrays import BoolArray, FloatArray
 from parakin.errors import InputError
 from parakin.kernel.backends import make_kernel
-from parakin.kernel.rows import Outputs
+from parakin.kernel.outputs import Outputs
 from parakin.kinematics.configuration import coordinate_scales
 from parakin.motion.course import hermite
 from parakin.solving.status import RESIDUAL, SOLVED
@@ -264,7 +264,7 @@ def _crossing(path: _Path, sets: Sets, i: int) -> Crossing:
         turns = sets.pose[3:]
         lost[turns] = np.linalg.solve(platform_axes(graph, q)[0][0], lost[turns])
     cannot = platform_motion(graph, lost, q[:, 0], sets.outputs, "cannot")
-    words = idling(graph, sets, every)
+    words = type1_words(graph, sets, every)
     return Crossing(time, "type 1", f"{words}: {cannot}" if cannot else words)
 
 

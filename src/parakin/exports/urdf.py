@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from parakin.algebra.spatial import IDENTITY, NOWHERE, ZERO, Matrix, Pose, Vector, matrix
+from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, ZERO, Matrix, Pose, Vector, matrix
 from parakin.errors import not_installed
 from parakin.kinematics.assembly import assembled
 from parakin.kinematics.configuration import Configuration, configure
@@ -95,15 +95,15 @@ class _Robot:
             after = Pose(joint.tail, ZERO) @ after
         order = list(zip(joint.coordinates, joint.pairs, strict=True))
         for i, (k, pair) in enumerate(reversed(order) if backwards else order):
-            last = i == len(order) - 1 and after == NOWHERE and not pair.pitch
+            last = i == len(order) - 1 and after == IDENTITY_POSE and not pair.pitch
             axis: list[float] = [0.0, 0.0, 0.0]
             axis[pair.axis] = -1.0 if backwards else 1.0
             name = self.graph.coordinates[k].name
             child = far if last else self._fresh(f"{joint.name} link {i + 1}")
             self._moving(name, k, pair.slides, near, child, here, axis)
-            near, here = child, NOWHERE
+            near, here = child, IDENTITY_POSE
             if pair.pitch:
-                child = far if after == NOWHERE else self._fresh(f"{joint.name} nut")
+                child = far if after == IDENTITY_POSE else self._fresh(f"{joint.name} nut")
                 self._moving(f"{name}.advance", k, True, near, child, here, axis, pair.pitch)
                 near = child
         if near != far:
@@ -171,7 +171,7 @@ class _Robot:
             near = self.frame(f"{joint.name}_A", parent, joint.F)
         else:
             near = self._fresh(f"{joint.name}_A")
-            self.chain(joint, parent, near, NOWHERE, False)
+            self.chain(joint, parent, near, IDENTITY_POSE, False)
         far = self.frame(f"{joint.name}_B", child, joint.M)
         # If links become one body, a reader keeps the name of the first.
         self.pairs.append((near, far) if kind == "3d" else (far, near))
@@ -193,7 +193,7 @@ class _Robot:
             hinge = self._joint(name, "continuous", near, far, here)
             self._sub(hinge, "axis", xyz=_numbers(axis))
             self.home[name] = 0.0
-            near, here = far, NOWHERE
+            near, here = far, IDENTITY_POSE
         return self.frame(f"{joint.name}_A", near, Pose(IDENTITY, Vector((0.0, 0.0, joint.length))))
 
     def _fresh(self, name: str) -> str:

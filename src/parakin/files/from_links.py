@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from parakin.algebra.spatial import IDENTITY, Pose, Vector
 from parakin.errors import InputError
-from parakin.files.links import Link, gathered, posed, rigid, screwed
+from parakin.files.links import Link, merge_chains, merge_rigid, merge_screws, split_off_platform
 from parakin.model.mechanism import MAX_JOINTS, Body, Frame, Joint, Mechanism, Platform
 from parakin.model.placement import vector
 
@@ -33,8 +33,8 @@ def mechanism_of(
         raise InputError(origin, f"{len(links) + len(loops)} joints", f"at most {MAX_JOINTS}")
     screws = [link for link in loops if link.kind == "screw"]
     closing = [link for link in loops if link.kind != "screw"]
-    moving, owner = rigid(base, [*screwed(links, screws, origin), *closing], origin)
-    joints, pose = posed(base, gathered(moving, {base}))
+    moving, owner = merge_rigid(base, [*merge_screws(links, screws, origin), *closing], origin)
+    joints, pose = split_off_platform(base, merge_chains(moving, {base}))
     if not joints:
         raise InputError(
             origin, "no joints that move", "at least one hinge, slide or other moving joint"

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 from parakin.algebra.spatial import (
     IDENTITY,
-    NOWHERE,
+    IDENTITY_POSE,
     ZERO,
     Matrix,
     Pose,
@@ -40,8 +40,8 @@ class Link:
     kind: str
     parent: str
     child: str
-    F: Pose[float] = NOWHERE
-    M: Pose[float] = NOWHERE
+    F: Pose[float] = IDENTITY_POSE
+    M: Pose[float] = IDENTITY_POSE
     values: tuple[float, ...] = ()
     limits: tuple[float, float] | None = None
     actuated: bool = False
@@ -49,7 +49,7 @@ class Link:
     angles: tuple[tuple[str, str], ...] = (("roll", "x"), ("pitch", "y"), ("yaw", "z"))
 
 
-def screwed(links: Sequence[Link], screws: Sequence[Link], origin: str) -> list[Link]:
+def merge_screws(links: Sequence[Link], screws: Sequence[Link], origin: str) -> list[Link]:
     """Links with each hinge and slide that a coupling makes a screw replaced by one helical joint.
 
     screws: couplings, which name the hinge as parent and the slide as child. Raises InputError.
@@ -88,7 +88,7 @@ def screwed(links: Sequence[Link], screws: Sequence[Link], origin: str) -> list[
     return result
 
 
-def rigid(
+def merge_rigid(
     base: str, links: Sequence[Link], origin: str
 ) -> tuple[list[Link], dict[str, tuple[str, Pose[float]]]]:
     """Links with those that are fixed to one another made one body.
@@ -97,7 +97,7 @@ def rigid(
     Raises InputError on joints within one body.
     """
     names = dict.fromkeys([base, *(n for link in links for n in (link.parent, link.child))])
-    owner = {n: (n, NOWHERE) for n in names}
+    owner = {n: (n, IDENTITY_POSE) for n in names}
     moving = [link for link in links if link.kind != "fixed"]
     joined = Counter(n for link in moving for n in (link.parent, link.child))
     for link in links:
@@ -140,7 +140,7 @@ def rigid(
     return found, owner
 
 
-def gathered(links: Sequence[Link], kept: set[str]) -> list[Link]:
+def merge_chains(links: Sequence[Link], kept: set[str]) -> list[Link]:
     """Links with each chain of hinges and slides X.1, X.2, ... replaced by the joint X.
 
     kept: bodies that are not internal to a joint.
@@ -179,7 +179,7 @@ def _joint_of(chain: Sequence[Link]) -> Link | None:
     slides = tuple(link.kind == "prismatic" for link in chain)
     if not all(link.kind in ("prismatic", "revolute") and not link.pitch for link in chain):
         return None
-    at = NOWHERE
+    at = IDENTITY_POSE
     frames = []  # of the joints, all at zero
     for link in chain:
         at = at @ link.F
@@ -251,7 +251,7 @@ def _frame_with(axes: Mapping[int, Vector[float]]) -> Matrix[float] | None:
     return R if off < _APART and hand > 0 else None
 
 
-def posed(base: str, links: Sequence[Link]) -> tuple[list[Link], Link | None]:
+def split_off_platform(base: str, links: Sequence[Link]) -> tuple[list[Link], Link | None]:
     """The joints, and separately the free one that only gives the platform's pose, if any."""
     free = [link for link in links if link.kind == "free" and not link.actuated]
     upright = [

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from parakin.algebra.spatial import IDENTITY, NOWHERE, ZERO, Matrix, Pose, Vector, matrix
+from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, ZERO, Matrix, Pose, Vector, matrix
 from parakin.errors import InputError, not_installed
 from parakin.files.from_links import WORLD, mechanism_of
 from parakin.files.links import Link
@@ -190,7 +190,7 @@ class _Model:
             last = j == first + count - 1
             far = name if last else f"{name} after {self.joint(j)}"
             made.append(self._link(j, near, far, at, pose, actuated))
-            near, at = far, NOWHERE
+            near, at = far, IDENTITY_POSE
         return made
 
     def _link(

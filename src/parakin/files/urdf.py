@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from parakin.algebra.spatial import IDENTITY, NOWHERE, ZERO, Matrix, Pose, turned
+from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, ZERO, Matrix, Pose, turned
 from parakin.errors import InputError, nearest
 from parakin.files.from_links import mechanism_of
 from parakin.files.links import Link
@@ -110,7 +110,7 @@ def _joints(
         place = f"{origin}, line {element.sourceline}: joint {name!r}"
         kind = _kind(element, place)
         parent, child = (_end(element, role, names, place) for role in ("parent", "child"))
-        F, M = _origin(element.find("origin"), place) @ _axis(element, kind, place), NOWHERE
+        F, M = _origin(element.find("origin"), place) @ _axis(element, kind, place), IDENTITY_POSE
         if kind in ("revolute", "prismatic", "planar"):
             M = _axis(element, kind, place)
         links.append(
@@ -156,7 +156,7 @@ def _end(element: _Element, role: str, names: Sequence[str], place: str) -> str:
 
 def _origin(element: _Element | None, place: str) -> Pose[float]:
     if element is None:
-        return NOWHERE
+        return IDENTITY_POSE
     p = vector(numbers(element.get("xyz"), 3, ZERO, f"{place}: xyz"))
     return Pose(_rotation(numbers(element.get("rpy"), 3, ZERO, f"{place}: rpy")), p)
 
@@ -173,7 +173,7 @@ def _rotation(rpy: Sequence[float]) -> Matrix[float]:
 def _axis(element: _Element, kind: str, place: str) -> Pose[float]:
     """A frame whose z is the joint's axis."""
     if kind not in ("revolute", "prismatic", "planar"):
-        return NOWHERE
+        return IDENTITY_POSE
     axis = element.find("axis")
     values = numbers(None if axis is None else axis.get("xyz"), 3, (1.0, 0.0, 0.0), place)
     return Pose(about(unit(vector(values), f"{place}: axis")), ZERO)
@@ -318,7 +318,7 @@ def _closures(
 
 def _poses(links: Sequence[Link], base: str) -> dict[str, Pose[float]]:
     """Every link's pose in the root's frame, all joints at zero."""
-    poses = {base: NOWHERE}
+    poses = {base: IDENTITY_POSE}
     waiting = list(links)
     while waiting:
         ready = [link for link in waiting if link.parent in poses]
@@ -355,7 +355,7 @@ def _with_kind(link: Link, kind: str | None) -> Link:
     if kind == "FIXED":
         return Link(link.name, "fixed", link.parent, link.child, F)
     if kind == "SPHERICAL":
-        return Link(link.name, "spherical", link.parent, link.child, F, NOWHERE, (0.0,) * 3)
+        return Link(link.name, "spherical", link.parent, link.child, F, IDENTITY_POSE, (0.0,) * 3)
     first, second = (np.eye(3)[AXES[letter]] for letter in kind[-2:].lower())
     rows = (second, np.cross(first, second), first)
     R = Matrix((vector(rows[0]), vector(rows[1]), vector(rows[2]))).T

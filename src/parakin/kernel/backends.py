@@ -15,8 +15,8 @@ import numpy as np
 
 from parakin.algebra.spatial import ARRAYS, FLOATS, Functions, Scalar, as_array
 from parakin.arrays import FloatArray
-from parakin.kernel.pose import trace
-from parakin.kernel.rows import Outputs
+from parakin.kernel.outputs import Outputs
+from parakin.kernel.pose import solve_pose
 from parakin.planning.plan import Plan
 
 # inputs (n_in,) or (n_in, batch), outputs alike, and whether to use all cores on a batch
@@ -48,7 +48,7 @@ def _traced(
     n = len(plan.driven)
     orders = [inputs[n * k : n * (k + 1)] for k in range(_orders(outputs))]
     guess = inputs[n * _orders(outputs) :]
-    return trace(plan, orders, guess, functions, outputs, steps)
+    return solve_pose(plan, orders, guess, functions, outputs, steps)
 
 
 def _arrays(plan: Plan, outputs: Outputs, steps: int) -> Kernel:

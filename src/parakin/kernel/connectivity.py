@@ -19,8 +19,8 @@ class System(NamedTuple):
 
     block: Block
     ends: list[loops.Ends]
-    own: list[list[Scalar]]
-    earlier: list[dict[int, Scalar]]
+    jacobian: list[list[Scalar]]
+    coupling: list[dict[int, Scalar]]
 
     @classmethod
     def of(cls, circuits: Circuits, block: Block) -> System:
@@ -60,7 +60,7 @@ def jacobian(circuits: Circuits, block: Block, later: Collection[int] = ()) -> l
     return matrix
 
 
-def substituted(
+def solve_blocks(
     plan: Plan,
     systems: Sequence[System],
     drifts: Sequence[Sequence[Scalar]],
@@ -74,12 +74,12 @@ def substituted(
     figures: list[tuple[Block, Scalar]] = []
     for block, system, drift in zip(plan.blocks, systems, drifts, strict=True):
         sides: list[Scalar] = []
-        for start, columns in zip(drift, system.earlier, strict=True):
+        for start, columns in zip(drift, system.coupling, strict=True):
             side = start
             for k, slope in columns.items():
                 side = add(side, mul(slope, found[k]))
             sides.append(side)
-        solved = solve(system.own, [sides], functions, block.form.lengths)
+        solved = solve(system.jacobian, [sides], functions, block.form.lengths)
         found |= {
             k: sub(0.0, value) for k, value in zip(block.unknowns, solved.solutions[0], strict=True)
         }
@@ -100,9 +100,9 @@ def unsolved_volume(plan: Plan, circuits: Circuits, functions: Functions) -> Sca
     rest: dict[int, Scalar] = dict.fromkeys([*plan.affine, *plan.unknowns], 0.0)
     columns: list[list[Scalar]] = []
     for k in plan.unsolved:
-        moving = circuits.varied(rates={**rest, k: 1.0})
+        moving = circuits.with_coordinates(rates={**rest, k: 1.0})
         drifts = [system.rates(moving) for system in systems]
-        moving.set_rates(rates=substituted(plan, systems, drifts, functions)[0])
+        moving.set_rates(rates=solve_blocks(plan, systems, drifts, functions)[0])
         ends = {cut: loops.ends(moving, cut) for cut in plan.tree.cuts}
         columns.append(
             [mul(row.per_length(plan.graph), row.rate(moving, ends[row.cut])) for row in rows]

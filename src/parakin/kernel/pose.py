@@ -18,10 +18,10 @@ from parakin.kernel.connectivity import (
     System,
     jacobian,
     signed_square,
-    substituted,
+    solve_blocks,
     unsolved_volume,
 )
-from parakin.kernel.rows import Outputs
+from parakin.kernel.outputs import Outputs
 from parakin.kinematics import loops
 from parakin.kinematics.closure import canonical_rows, cosines
 from parakin.kinematics.configuration import circuits_at
@@ -42,22 +42,22 @@ ROUNDING = 2.0**-53
 
 # A block's gaps and their derivatives by its unknowns, at given values of these.
 Equations = Callable[[Sequence[Scalar]], tuple[list[Scalar], list[list[Scalar]]]]
-Lead = Callable[[Block, Equations, list[Scalar]], list[Scalar]]
+Refiner = Callable[[Block, Equations, list[Scalar]], list[Scalar]]
 
 
-def trace(
+def solve_pose(
     plan: Plan,
     orders: Sequence[Sequence[Scalar]],
     guess: Sequence[Scalar],
     functions: Functions,
     outputs: Outputs,
     steps: int = 2,
-    lead: Lead | None = None,
+    refine: Refiner | None = None,
 ) -> list[Scalar]:
     """Solve one pose (or an array of them); see `Outputs` for what is returned.
 
     orders: driven positions, then as many derivatives of them as are asked for, each one scalar
-    per driven coordinate. guess: one per coordinate of `Plan.iterated`. lead: what brings the
+    per driven coordinate. guess: one per coordinate of `Plan.iterated`. refine: what brings the
     guess of a block nearer before Newton's steps.
     """
     circuits = Circuits(plan.graph, plan.tree)
@@ -69,10 +69,10 @@ def trace(
     moves: list[Scalar] = []
     for block in plan.blocks:
         if isinstance(block.form, Iterated):
-            last, figure = _newton(circuits, block, angles, guesses, steps, lead)
+            last, figure = _newton(circuits, block, angles, guesses, steps, refine)
             moves += last
             if outputs.derivatives == 0:
-                side = _side(plan, block, circuits, functions)
+                side = _lock_sign(plan, block, circuits, functions)
                 quality.of(block).append(mul(side, signed_square(figure, functions)))
         else:
             _closed_form(circuits, block, angles, quality)
@@ -114,14 +114,14 @@ def _moving(
     systems = [System.of(circuits, block) for block in plan.blocks]
     circuits.rates |= {k: _mix(plan, k, orders[1]) for k in plan.affine} | rest
     drifts = [system.rates(circuits) for system in systems]
-    rates, figures = substituted(plan, systems, drifts, functions)
+    rates, figures = solve_blocks(plan, systems, drifts, functions)
     circuits.set_rates(rates=rates)
     for block, figure in figures:
-        quality.of(block).append(mul(_side(plan, block, circuits, functions), figure))
+        quality.of(block).append(mul(_lock_sign(plan, block, circuits, functions), figure))
     if len(orders) > 2:
         circuits.second |= {k: _mix(plan, k, orders[2]) for k in plan.affine} | rest
         drifts = [system.accelerations(circuits) for system in systems]
-        circuits.set_rates(second=substituted(plan, systems, drifts, functions)[0])
+        circuits.set_rates(second=solve_blocks(plan, systems, drifts, functions)[0])
     if len(orders) < 4:
         return circuits
     third = {k: _mix(plan, k, orders[3]) for k in plan.affine}
@@ -130,7 +130,7 @@ def _moving(
         [rate_of(row.acceleration(moving, loops.ends(moving, row.cut))) for row in block.rows]
         for block in plan.blocks
     ]
-    return circuits.with_jerk(third | substituted(plan, systems, drifts, functions)[0])
+    return circuits.with_jerk(third | solve_blocks(plan, systems, drifts, functions)[0])
 
 
 def _checks(
@@ -246,7 +246,7 @@ def _closed_form(circuits: Circuits, block: Block, angles: _Angles, quality: _Qu
     (k,) = block.unknowns
     # Coordinates still to come cannot matter (the plan has made sure); zeros make short code.
     later = {n: forms.AHEAD for path in circuits.path.values() for n in path}
-    base = circuits.varied({n: t for n, t in later.items() if n not in circuits.turns})
+    base = circuits.with_coordinates({n: t for n, t in later.items() if n not in circuits.turns})
     assert not isinstance(block.form, Iterated)
     found = block.form.solve(base, k, block.rows, angles.functions)
     angles.set(circuits, k, found.turn)
@@ -260,7 +260,7 @@ def _newton(
     angles: _Angles,
     guesses: Mapping[int, Scalar],
     steps: int,
-    lead: Lead | None,
+    refine: Refiner | None,
 ) -> tuple[list[Scalar], Scalar]:
     """A block of several unknowns: a fixed number of Newton steps from the guess.
 
@@ -272,20 +272,20 @@ def _newton(
         for n in path
         if n not in circuits.turns and n not in block.unknowns
     }
-    base = circuits.varied(later)
+    base = circuits.with_coordinates(later)
 
     def system(values: Sequence[Scalar]) -> tuple[list[Scalar], list[list[Scalar]]]:
         """Gaps of the block's rows, and their derivatives by its unknowns."""
         known = zip(block.unknowns, values, strict=True)
-        there = base.varied({k: angles.turn(k, value) for k, value in known})
+        there = base.with_coordinates({k: angles.turn(k, value) for k, value in known})
         gaps = [row.value(there, loops.ends(there, row.cut)) for row in block.rows]
         return gaps, jacobian(there, block, set(later))
 
     form = block.form
     assert isinstance(form, Iterated)
     values = [guesses[k] for k in block.unknowns]
-    if lead is not None:
-        values = lead(block, system, values)
+    if refine is not None:
+        values = refine(block, system, values)
     moves: list[Scalar] = []
     figure: Scalar = 1.0
     for _ in range(steps):
@@ -299,7 +299,7 @@ def _newton(
     return moves, figure
 
 
-def _side(plan: Plan, block: Block, circuits: Circuits, functions: Functions) -> Scalar:
+def _lock_sign(plan: Plan, block: Block, circuits: Circuits, functions: Functions) -> Scalar:
     """1, or -1 where the block's determinant has changed its sign only because three of its angles
     are beyond where they lock: it has the volume that their axes span as a factor.
     """

@@ -50,7 +50,7 @@ def _closed(
 ) -> tuple[Configuration, float]:
     signs = loop_signs(graph, tree)
     scales = coordinate_scales(graph)
-    free = [n for n in graph.inside(tree) if n not in set(held)]
+    free = [n for n in graph.tree_coordinates(tree) if n not in set(held)]
     at = configure(graph, tree, start)
     gaps, jacobian, _ = closure_system(graph, tree, at, signs)
     best, damping = float(np.linalg.norm(gaps)), 0.0
@@ -99,7 +99,7 @@ def home_of(graph: Graph, tree: Tree) -> Configuration:
     for values in (graph.guess, graph.stated, graph.home):
         for k, value in values.items():
             start[k] = value
-    in_tree = set(graph.inside(tree))
+    in_tree = set(graph.tree_coordinates(tree))
     held = [k for k in graph.home if k in in_tree]
     at, norm = min(
         (close(graph, tree, begin, held) for begin in _starts(graph, start)),

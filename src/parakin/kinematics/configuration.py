@@ -1,7 +1,7 @@
 """Configurations: a mechanism at one moment, in plain numbers.
 
 Everything is seen as screws: each coordinate's axis where it stands in space, and each closure row
-as a functional on the relative twist of the two bodies it joins.
+as a row_wrench on the relative twist of the two bodies it joins.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Configuration:
 def circuits_at(graph: Graph, tree: Tree, q: Sequence[float] | FloatArray) -> Circuits:
     """The recursion with numbers for the tree's coordinates, or rows of many: (coordinates, n)."""
     circuits = Circuits(graph, tree)
-    circuits.turns |= {k: as_turn(graph, k, q[k]) for k in graph.inside(tree)}
+    circuits.turns |= {k: as_turn(graph, k, q[k]) for k in graph.tree_coordinates(tree)}
     return circuits
 
 
@@ -126,8 +126,8 @@ def loop_rank(graph: Graph, at: Configuration, numbers: Sequence[int]) -> int:
     return int(np.linalg.matrix_rank(screws, tol=1e-7))
 
 
-def functional(at: Configuration, row: Row) -> FloatArray:
-    """The row as a functional on the relative twist (w, v at the base's origin), once closed."""
+def row_wrench(at: Configuration, row: Row) -> FloatArray:
+    """The row as a row_wrench on the relative twist (w, v at the base's origin), once closed."""
     wrench = row.wrench(at.ends[row.cut], at.axes.__getitem__)
     return np.array([*wrench.moment, *wrench.force], dtype=float)
 
@@ -143,5 +143,5 @@ def closure_system(
         end = at.ends[row.cut]
         scale = row.per_length(graph) / graph.length
         gaps[i] = scale * as_float(row.value(at.circuits, end))
-        jacobian[i] = scale * (functional(at, row) @ at.screws) * signs[row.cut]
+        jacobian[i] = scale * (row_wrench(at, row) @ at.screws) * signs[row.cut]
     return gaps, jacobian, rows

@@ -33,7 +33,7 @@ def free_motions(
     signs = loop_signs(graph, tree)
     scales = coordinate_scales(graph)
     _, jacobian, _ = closure_system(graph, tree, at, signs)
-    inside = graph.inside(tree)
+    inside = graph.tree_coordinates(tree)
     J = jacobian[:, inside] * scales[inside]
     _, sizes, right = np.linalg.svd(J, full_matrices=True) if J.size else (None, np.zeros(0), None)
     if rank is None:

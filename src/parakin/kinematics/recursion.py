@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from parakin.algebra.dual import dual
 from parakin.algebra.spatial import (
-    NOWHERE,
+    IDENTITY_POSE,
     ZERO,
     Functions,
     Matrix,
@@ -187,8 +187,8 @@ class Circuits:
     """Every body's motion along the tree, worked out when asked for and then kept.
 
     `turns`, `rates` and `second` hold the coordinates of the tree's joints, and may still grow:
-    a body can be asked for once those on its path are there. `varied` makes a copy in which
-    some coordinates differ, sharing all that does not depend on them.
+    a body can be asked for once those on its path are there. `with_coordinates` makes a copy in
+    which some differ, sharing all that does not depend on them.
     """
 
     def __init__(self, graph: Graph, tree: Tree) -> None:
@@ -204,12 +204,12 @@ class Circuits:
             self._steps[far] = (near, k, reverse)
             walked = [number for number, _ in _order(joint, reverse)]
             self.path[far] = (*self.path[near], *walked)
-        self._poses: dict[int, tuple[Pose, dict[int, Axis]]] = {0: (NOWHERE, {})}
+        self._poses: dict[int, tuple[Pose, dict[int, Axis]]] = {0: (IDENTITY_POSE, {})}
         self._twists: dict[int, Twist] = {0: AT_REST}
         self._accels: dict[int, Accel] = {0: UNACCELERATED}
         self._axes: dict[int, dict[int, tuple[Axis, float]]] = {0: {}}
 
-    def varied(
+    def with_coordinates(
         self,
         turns: Mapping[int, Turn] | None = None,
         rates: Mapping[int, Scalar] | None = None,
@@ -245,7 +245,7 @@ class Circuits:
 
     def with_jerk(self, third: Mapping[int, Scalar]) -> Circuits:
         """The same motion on dual numbers that carry every rate, given the coordinates' jerks."""
-        return self.varied(
+        return self.with_coordinates(
             {k: _in_motion(turn, self.rates[k]) for k, turn in self.turns.items()},
             {k: dual(rate, self.second[k]) for k, rate in self.rates.items()},
             {k: dual(rate, third[k]) for k, rate in self.second.items()},

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 
-from parakin.algebra.spatial import IDENTITY, NOWHERE, ZERO, Pose, Vector
+from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, ZERO, Pose, Vector
 from parakin.errors import InputError, nearest
 from parakin.model.expressions import ANGLE, LENGTH, Dimension, Parameters
 from parakin.model.graph import Graph
@@ -135,7 +135,7 @@ def _pose(
         "free",
         0,
         bodies[platform.body],
-        NOWHERE,
+        IDENTITY_POSE,
         there,
         slides + turns,
         IDENTITY,

@@ -10,7 +10,7 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from parakin.algebra.spatial import IDENTITY, NOWHERE, Matrix, Pose, Vector, matrix
+from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, Matrix, Pose, Vector, matrix
 from parakin.errors import InputError, nearest
 from parakin.model.expressions import ANGLE, LENGTH, Dimension
 from parakin.model.joints import X_TURN, Y_TURN, Z_TURN, Coordinate, GraphJoint
@@ -66,7 +66,7 @@ class Graph:
             nearest(name, (coordinate.name for coordinate in self.coordinates)),
         )
 
-    def inside(self, tree: Tree) -> list[int]:
+    def tree_coordinates(self, tree: Tree) -> list[int]:
         """The coordinates of a tree's joints, from the base outwards."""
         return [n for k, _ in tree.steps for n in self.joints[k].coordinates]
 
@@ -210,8 +210,8 @@ class Graph:
             onto = matrix(
                 [float(row == (pair.axis + k) % 3) for k in (1, 2, 0)] for row in range(3)
             )  # turns z into the pair's axis
-            F = joint.F if i == 0 else NOWHERE
-            M = last if i == len(joint.pairs) - 1 else NOWHERE
+            F = joint.F if i == 0 else IDENTITY_POSE
+            M = last if i == len(joint.pairs) - 1 else IDENTITY_POSE
             k = joint.first + i
             single = GraphJoint(
                 coordinates[k].name,

@@ -16,8 +16,8 @@ from parakin.kinematics.configuration import (
     Configuration,
     configure,
     coordinate_scales,
-    functional,
     loop_rank,
+    row_wrench,
 )
 from parakin.model.graph import Graph, Tree
 from parakin.planning import forms
@@ -37,7 +37,7 @@ _STEADY = 1e-9  # volumes that differ by no more are the same
 _FLAT = 1e-6  # a row this near to a singularity of its own, at home or near it, is of no use
 
 
-def refined(
+def choose_closed_forms(
     graph: Graph,
     tree: Tree,
     blocks: Sequence[Block],
@@ -121,7 +121,7 @@ def steady(graph: Graph, rows: Sequence[Row], samples: Sequence[Configuration]) 
     """Whether the volume that the rows of one cut joint span is the same in all configurations."""
     volumes = []
     for at in samples:
-        matrix = np.array([functional(at, row) for row in rows])
+        matrix = np.array([row_wrench(at, row) for row in rows])
         point = np.array(at.ends[rows[0].cut].X_WM.p, dtype=float)
         matrix[:, :3] -= np.cross(point, matrix[:, 3:])
         matrix[:, :3] /= graph.length
@@ -197,9 +197,9 @@ def _arm(
     side = loops.sides(at.circuits, row.cut)[k]
     slope = abs(as_float(row.derivative(at.circuits, end, k, side)))
     if not graph.coordinates[k].angle:
-        return slope, float(np.linalg.norm(functional(at, row)[3:])), 0.0, (0.0, 0.0)
+        return slope, float(np.linalg.norm(row_wrench(at, row)[3:])), 0.0, (0.0, 0.0)
     if (row.cut, k) not in at.turned:
-        turned = [at.circuits.varied({k: turn}) for turn in _TURNS]
+        turned = [at.circuits.with_coordinates({k: turn}) for turn in _TURNS]
         at.turned[row.cut, k] = [(there, loops.ends(there, row.cut)) for there in turned]
     values = [as_float(row.value(there, end)) for there, end in at.turned[row.cut, k]]
     mean = (values[0] + values[2]) / 2
@@ -207,7 +207,7 @@ def _arm(
     return slope, float(np.hypot(cosine, sine)), abs(mean), (cosine, sine)
 
 
-def paradoxes_whole(
+def merge_paradoxical_loops(
     graph: Graph,
     tree: Tree,
     signs: Mapping[int, FloatArray],
@@ -266,6 +266,6 @@ def signed(
 
 
 def _slopes(signs: Mapping[int, FloatArray], block: Block, at: Configuration) -> FloatArray:
-    rows = [(functional(at, row) @ at.screws) * signs[row.cut] for row in block.rows]
+    rows = [(row_wrench(at, row) @ at.screws) * signs[row.cut] for row in block.rows]
     slopes: FloatArray = np.array(rows)[:, list(block.unknowns)]
     return slopes

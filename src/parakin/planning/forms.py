@@ -23,7 +23,7 @@ _POOR = 0.05  # a home this near to singular, per unknown, is not what others ar
 _SINGULAR = 1e-7  # a determinant this small, rows of length one, is zero
 
 
-class Found(NamedTuple):
+class Solution(NamedTuple):
     """The unknown, of an angle cosine and sine, and squared figures of conditioning: those whose
     sign, or whose root's sign, distinguishes branches, and those alike on either side of a
     singularity.
@@ -39,7 +39,6 @@ class LinearSlide:
     """b q + c = 0. `regular`: b is the same everywhere."""
 
     regular: bool
-    roots: ClassVar[int] = 1
     lengths: ClassVar[tuple[float, ...]] = ()
 
     @property
@@ -47,19 +46,19 @@ class LinearSlide:
         """Whether a figure of it keeps no sign where it passes zero."""
         return not self.regular
 
-    def solve(self, base: Circuits, k: int, rows: Sequence[Row], _: Functions) -> Found:
+    def solve(self, base: Circuits, k: int, rows: Sequence[Row], _: Functions) -> Solution:
         """Coordinate `k`, all others that the row depends on being those of `base`."""
         (row,) = rows
         assert isinstance(row, Gap)
-        at_zero = base.varied({k: slide(0.0)})
+        at_zero = base.with_coordinates({k: slide(0.0)})
         end = loops.ends(at_zero, row.cut)
         c = row.value(at_zero, end)
         b = row.derivative(at_zero, end, k, loops.sides(at_zero, row.cut)[k])
         turn = slide(-c / b)
         if self.regular:
-            return Found(turn)
+            return Solution(turn)
         u = row.direction(at_zero, end)
-        return Found(turn, unsigned=(mul(b, b) / dot(u, u),))
+        return Solution(turn, unsigned=(mul(b, b) / dot(u, u),))
 
 
 @dataclass(frozen=True)
@@ -68,15 +67,14 @@ class QuadraticSlide:
 
     regular: bool
     sign: float = 1.0
-    roots: ClassVar[int] = 2
     unsigned: ClassVar[bool] = False
     lengths: ClassVar[tuple[float, ...]] = ()
 
-    def solve(self, base: Circuits, k: int, rows: Sequence[Row], functions: Functions) -> Found:
+    def solve(self, base: Circuits, k: int, rows: Sequence[Row], functions: Functions) -> Solution:
         """Coordinate `k`, all others that the row depends on being those of `base`."""
         (row,) = rows
         assert isinstance(row, (CentreDistance, RodLength))
-        at_zero = base.varied({k: slide(0.0)})
+        at_zero = base.with_coordinates({k: slide(0.0)})
         end, side = loops.ends(at_zero, row.cut), loops.sides(at_zero, row.cut)[k]
         c, b = row.value(at_zero, end), row.derivative(at_zero, end, k, side)
         u, side, _ = row.arm(at_zero, end, k, side)
@@ -84,9 +82,9 @@ class QuadraticSlide:
         root = functions.sqrt(reach)
         turn = slide(mul(side, sub(mul(self.sign, root), b)))
         if self.regular:
-            return Found(turn)
+            return Solution(turn)
         aside = sub(dot(u, u), mul(b, b))  # the square of the centre's distance from the slide
-        return Found(turn, signed=(reach / add(reach, aside),))
+        return Solution(turn, signed=(reach / add(reach, aside),))
 
 
 @dataclass(frozen=True)
@@ -99,18 +97,17 @@ class TangentAngle:
     regular: bool
     reference: float
     sign: float = 1.0
-    roots: ClassVar[int] = 2
     unsigned: ClassVar[bool] = False
     lengths: ClassVar[tuple[float, ...]] = ()
 
-    def solve(self, base: Circuits, k: int, rows: Sequence[Row], functions: Functions) -> Found:
+    def solve(self, base: Circuits, k: int, rows: Sequence[Row], functions: Functions) -> Solution:
         """Coordinate `k`, all others that the row depends on being those of `base`."""
         (row,) = rows
         a, b = _value(base, k, row, AHEAD), _value(base, k, row, ACROSS)
         size = add(mul(a, a), mul(b, b))
         scale = self.sign / functions.sqrt(size)
         turn = Turn(None, mul(b, scale), -mul(a, scale))
-        return Found(turn, () if self.regular else (_arm_figure(size, self.reference),))
+        return Solution(turn, () if self.regular else (_arm_figure(size, self.reference),))
 
 
 @dataclass(frozen=True)
@@ -122,11 +119,10 @@ class CosineAngle:
     regular: bool
     reference: float
     sign: float = 1.0
-    roots: ClassVar[int] = 2
     unsigned: ClassVar[bool] = False
     lengths: ClassVar[tuple[float, ...]] = ()
 
-    def solve(self, base: Circuits, k: int, rows: Sequence[Row], functions: Functions) -> Found:
+    def solve(self, base: Circuits, k: int, rows: Sequence[Row], functions: Functions) -> Solution:
         """Coordinate `k`, all others that the row depends on being those of `base`."""
         (row,) = rows
         a, b, c = _linear(base, k, row)
@@ -139,7 +135,7 @@ class CosineAngle:
         figures: tuple[Scalar, ...] = (mul(reach, inverse),)
         if not self.regular:
             figures += (_arm_figure(size, self.reference),)
-        return Found(Turn(None, cosine, sine), figures)
+        return Solution(Turn(None, cosine, sine), figures)
 
 
 @dataclass(frozen=True)
@@ -148,11 +144,10 @@ class TwoRowAngle:
     root.
     """
 
-    roots: ClassVar[int] = 1
     unsigned: ClassVar[bool] = True
     lengths: ClassVar[tuple[float, ...]] = ()
 
-    def solve(self, base: Circuits, k: int, rows: Sequence[Row], functions: Functions) -> Found:
+    def solve(self, base: Circuits, k: int, rows: Sequence[Row], functions: Functions) -> Solution:
         """Coordinate `k`, all others that the rows depend on being those of `base`."""
         (a, b, c), (d, e, f) = (_linear(base, k, row) for row in rows)
         across = sub(mul(a, e), mul(b, d))
@@ -162,7 +157,7 @@ class TwoRowAngle:
         scale = functions.copysign(1.0 / functions.sqrt(size), across)
         lengths = mul(add(mul(a, a), mul(b, b)), add(mul(d, d), mul(e, e)))
         figure = mul(across, across) / lengths
-        return Found(Turn(None, mul(scale, cosine), mul(scale, sine)), unsigned=(figure,))
+        return Solution(Turn(None, mul(scale, cosine), mul(scale, sine)), unsigned=(figure,))
 
 
 @dataclass(frozen=True)
@@ -176,18 +171,18 @@ class Iterated:
     sign: float = 1.0
     reference: float = 1.0
     lengths: tuple[float, ...] = ()
-    roots: ClassVar[int] = 1
 
 
 ITERATED = Iterated()
 
+TwoRoots = QuadraticSlide | TangentAngle | CosineAngle
 Form = LinearSlide | QuadraticSlide | TangentAngle | CosineAngle | TwoRowAngle | Iterated
 
 AHEAD, ACROSS, BACK = Turn(0.0, 1.0, 0.0), Turn(0.0, 0.0, 1.0), Turn(0.0, -1.0, 0.0)
 
 
 def _value(base: Circuits, k: int, row: Row, at: Turn) -> Scalar:
-    there = base.varied({k: at})
+    there = base.with_coordinates({k: at})
     return row.value(there, loops.ends(there, row.cut))
 
 
@@ -217,11 +212,11 @@ def signed(form: Form, slopes: FloatArray) -> Form | None:
     determinant = float(np.linalg.det(slopes / np.where(lengths > 0.0, lengths, 1.0)))
     if not abs(determinant) > _SINGULAR:
         return None
+    sign = float(np.sign(determinant))
+    if isinstance(form, TwoRoots):
+        return replace(form, sign=sign)
     if isinstance(form, LinearSlide):
         return form
-    sign = float(np.sign(determinant))
-    if not isinstance(form, Iterated):
-        return replace(form, sign=sign)
     if unknowns == 1:
         return Iterated(sign=sign, reference=abs(float(slopes[0, 0])))
     reference = max(abs(determinant), _POOR**unknowns)

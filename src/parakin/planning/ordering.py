@@ -26,11 +26,11 @@ from parakin.kinematics.configuration import (
     circuits_at,
     configure,
     coordinate_scales,
-    functional,
     loop_signs,
+    row_wrench,
 )
 from parakin.model.graph import Graph, Tree
-from parakin.planning.closed_forms import paradoxes_whole, refined, signed
+from parakin.planning.closed_forms import choose_closed_forms, merge_paradoxical_loops, signed
 from parakin.planning.driven import affine_in, check_driven
 from parakin.planning.elimination import eliminated
 from parakin.planning.plan import Affine, Block, Plan
@@ -46,25 +46,25 @@ def plan_of(
     home: Configuration,
     cut: Sequence[int] = (),
     *,
-    zero: FloatArray | None = None,
+    own_home: FloatArray | None = None,
     everywhere: bool = False,
 ) -> Plan:
     """Choose tree, rows and order for these driven coordinates.
 
     cut: joints to leave out of the tree; without them the cheapest tree is looked for.
-    zero: the mechanism's own home, if `home` is another.
+    own_home: the mechanism's own home, if `home` is another.
     everywhere: take nothing for granted that holds on home's branch and may not on others.
     Raises DrivenError where the driven coordinates do not determine the motion at home, or where
     no tree leaves out those joints and keeps the driven ones.
     """
     plain, whole = graph.plain, home
-    graph, home = unlocked(plain, home, driven)
+    graph, home = with_twins(plain, home, driven)
     samples = neighbours(graph, graph.posed_tree(), home, 3) or [home]
     idle = check_driven(graph, driven, home, samples)
     firmly = [k for k in idle if k < len(plain.coordinates)]
-    opened, apart = _with_room(plain, (*driven, *firmly), whole)
+    opened, apart = _split_driven_joints(plain, (*driven, *firmly), whole)
     if opened is not plain:
-        return plan_of(opened, driven, apart, cut, zero=zero, everywhere=everywhere)
+        return plan_of(opened, driven, apart, cut, own_home=own_home, everywhere=everywhere)
     in_tree = {graph.coordinates[k].joint for k in (*driven, *idle)}
     tree = _first_tree(graph, in_tree, cut)
     affine = affine_in(graph, driven, idle, home, samples)
@@ -78,20 +78,20 @@ def plan_of(
     wide: list[Configuration] = []
     if any(joint.kind == "helical" for joint in graph.joints):  # what serves has to after turns too
         wide = neighbours(graph, graph.posed_tree(), home, 6, size=4.0, seed=2)
-    blocks = refined(graph, tree, blocks, dependence, [*samples, *wide, home])
+    blocks = choose_closed_forms(graph, tree, blocks, dependence, [*samples, *wide, home])
     here = configure(graph, tree, home.q)
     signs = loop_signs(graph, tree)
-    blocks = paradoxes_whole(graph, tree, signs, blocks, here)
+    blocks = merge_paradoxical_loops(graph, tree, signs, blocks, here)
     blocks = [signed(graph, signs, block, here) for block in blocks]
     # A rule of a joint that is cut would be checked by nothing: its coordinates are read off.
-    inside = set(graph.inside(tree))
+    inside = set(graph.tree_coordinates(tree))
     affine = {k: rule for k, rule in affine.items() if k in inside or k in given}
     return Plan(
         graph,
         tree,
         tuple(driven),
         home.q,
-        home.q if zero is None else zero,
+        home.q if own_home is None else own_home,
         affine,
         tuple(blocks),
         tuple(idle),
@@ -124,7 +124,7 @@ def _first_tree(graph: Graph, in_tree: set[int], cut: Sequence[int]) -> Tree:
     return tree
 
 
-def unlocked(graph: Graph, at: Configuration, held: Sequence[int]) -> tuple[Graph, Configuration]:
+def with_twins(graph: Graph, at: Configuration, held: Sequence[int]) -> tuple[Graph, Configuration]:
     """With a twin beside every joint whose three angles are nearly undefined, none of them held."""
     q = at.q
     for k, joint in enumerate(graph.joints):
@@ -140,7 +140,7 @@ def unlocked(graph: Graph, at: Configuration, held: Sequence[int]) -> tuple[Grap
     return (graph, configure(graph, graph.posed_tree(), q)) if graph.twins else (graph, at)
 
 
-def _with_room(
+def _split_driven_joints(
     graph: Graph, driven: Sequence[int], home: Configuration
 ) -> tuple[Graph, Configuration]:
     """Where joints with driven coordinates close a loop, none could be cut; but joints of several
@@ -237,7 +237,7 @@ def _analysed(
     signs = loop_signs(graph, tree)
     scales = coordinate_scales(graph)
     known = set(driven) | set(affine)
-    unknowns = [n for n in graph.inside(tree) if n not in known]
+    unknowns = [n for n in graph.tree_coordinates(tree) if n not in known]
     if not unknowns:
         return tree, [], {}
     rows: list[Row] = []
@@ -246,12 +246,12 @@ def _analysed(
         rows += candidate_rows(graph, cut, on_loop)
     jacobians = np.array(
         [
-            [(functional(at, row) @ at.screws) * signs[row.cut] * scales for row in rows]
+            [(row_wrench(at, row) @ at.screws) * signs[row.cut] * scales for row in rows]
             for at in samples
         ]
     )[:, :, unknowns]
     pattern = np.abs(jacobians).max(axis=0) > _ZERO * graph.length
-    pattern |= _lasting(graph, tree, rows, unknowns, samples[0], pattern)
+    pattern |= _open_loop_dependence(graph, tree, rows, unknowns, samples[0], pattern)
     scaled = jacobians[0] / np.maximum(np.linalg.norm(jacobians[0], axis=1, keepdims=True), _ZERO)
     blocks = eliminated(scaled, pattern)
     if blocks is None:
@@ -269,7 +269,7 @@ def _analysed(
     return tree, named, dependence
 
 
-def _lasting(
+def _open_loop_dependence(
     graph: Graph,
     tree: Tree,
     rows: Sequence[Row],
@@ -296,7 +296,7 @@ def _lasting(
         for j, k in enumerate(unknowns):
             if k not in loop or all(pattern[i, j] for i in numbers):
                 continue
-            moved = base.varied({k: as_turn(graph, k, q[k] + 0.4)})
+            moved = base.with_coordinates({k: as_turn(graph, k, q[k] + 0.4)})
             there = loops.ends(moved, cut)
             for i, old in zip(numbers, before, strict=True):
                 if not pattern[i, j]:

@@ -41,7 +41,7 @@ class Block:
 class Plan:
     """How to solve a mechanism for its driven coordinates.
 
-    `home`: all coordinates at home, as their joints count; `zero`: at the mechanism's own home,
+    `home`: all coordinates at home, as their joints count; `own_home`: at the mechanism's own home,
     which is another where a solver stands on another branch. `blocks` are in order of solution;
     `idle` are coordinates of idle freedoms, held at home; `unsolved` those of the tree that need
     not be solved as they are affine on this branch.
@@ -51,7 +51,7 @@ class Plan:
     tree: Tree
     driven: tuple[int, ...]
     home: FloatArray
-    zero: FloatArray
+    own_home: FloatArray
     affine: Mapping[int, Affine]
     blocks: tuple[Block, ...]
     idle: tuple[int, ...] = ()
@@ -59,7 +59,7 @@ class Plan:
 
     def offset(self, coordinate: int) -> float:
         """What a coordinate counted from home has there, as its joint counts; else 0."""
-        return float(self.zero[coordinate]) if coordinate in self.graph.from_home else 0.0
+        return float(self.own_home[coordinate]) if coordinate in self.graph.from_home else 0.0
 
     @property
     def unknowns(self) -> list[int]:

@@ -61,7 +61,7 @@ class Answers:
         tick = self.tick(out, verdict, residual, conditioning)
         if found is not None and (status == Status.ANGLES_UNDEFINED).any():
             found[:, ~np.isin(status, SOLVED)] = np.nan
-            tick = tick._replace(found=found[:, 0] if out.ndim == 1 else found)
+            tick = tick._replace(iterated=found[:, 0] if out.ndim == 1 else found)
         return tick
 
     def _checked(
@@ -80,7 +80,7 @@ class Answers:
         status = classify(columns, self.layout)
         singular = bool(status.any()) and bool((status == Status.SINGULAR).any())
         if self.iterated and (singular or self.layout.triples):
-            found = columns[self.layout.found[0]]
+            found = columns[self.layout.iterated[0]]
         if not isinstance(walked, int) or walked:
             status = np.where(walked, walked, status).astype(np.int8)
         if sound is not None:
@@ -89,8 +89,8 @@ class Answers:
         if singular:
             self.atlas.exchange(columns, inputs, status)
         if within is not None and start is not None and self.iterated:
-            begun = start.found if start.found.ndim == 2 else start.found[:, None]
-            ended = columns[self.layout.found[0]] if found is None else found
+            begun = start.iterated if start.iterated.ndim == 2 else start.iterated[:, None]
+            ended = columns[self.layout.iterated[0]] if found is None else found
             near = np.abs(ended - begun).max(axis=0) <= within
             status[np.isin(status, SOLVED) & ~near] = Status.BRANCH_CHANGE
         if self.layout.triples:
@@ -105,7 +105,7 @@ class Answers:
         residual: float | FloatArray,
         conditioning: float | FloatArray,
     ) -> Tick:
-        position, velocity, acceleration, jerk = self._told_rows
+        position, velocity, acceleration, jerk = self._reported_rows
         return Tick(
             out[position],
             out[velocity],
@@ -114,13 +114,13 @@ class Answers:
             residual,
             conditioning,
             out[jerk],
-            out[self.layout.found[0]] if self.guesses.hidden else out[:0],
+            out[self.layout.iterated[0]] if self.guesses.hidden else out[:0],
             self.labels.coordinates,
             self.labels.units,
         )
 
     @cached_property
-    def _told_rows(self) -> list[slice]:
+    def _reported_rows(self) -> list[slice]:
         """Rows of positions, and of each derivative, none where it is not known."""
         rows, count = self.outputs, self.layout.reported
         known = [rows.first(count, order) for order in range(1 + self.outputs.derivatives)]
@@ -129,7 +129,7 @@ class Answers:
     @cached_property
     def last_rows(self) -> slice:
         """Rows of the last derivative, which is no number where the others are none."""
-        return self._told_rows[self.outputs.derivatives]
+        return self._reported_rows[self.outputs.derivatives]
 
     @cached_property
     def _cone_rows(self) -> list[int]:

@@ -9,14 +9,14 @@ import numpy as np
 
 from parakin.algebra.angles import nearest_angle
 from parakin.arrays import FloatArray, StatusArray
-from parakin.kernel.rows import POINT, Outputs
+from parakin.kernel.outputs import POINT, Outputs
 from parakin.kinematics.configuration import Configuration, coordinate_scales
 from parakin.motion.motion import Samples
 from parakin.solving.bodies import Points
 from parakin.solving.charts import Chart, also_known
 from parakin.solving.status import Status, blank_undefined
 from parakin.solving.tracking import Piece
-from parakin.solving.walking import REGULAR, conditioning_beside, iterate, taken_over
+from parakin.solving.walking import REGULAR, carried_over, conditioning_beside, iterate
 
 
 class Atlas:
@@ -58,7 +58,7 @@ class Atlas:
     def others(self, chart: Chart, at: Configuration) -> Iterator[Chart]:
         """Charts that may serve at a configuration where one does no more."""
         yield from [other for other in (self.followed, *self._made) if other is not chart]
-        made = chart.another(at)
+        made = chart.replanned_at(at)
         if made is not None:
             self._made.append(made)
             yield made
@@ -79,7 +79,7 @@ class Atlas:
                     rows.first(len(outputs.coordinates), order)
                 ]
             out[outputs.figures, start:stop] = found[rows.figures]
-            out[outputs.conditioning, start:stop] *= chart.share
+            out[outputs.conditioning, start:stop] *= chart.relative_regularity
         return out
 
     def figures(
@@ -88,26 +88,26 @@ class Atlas:
         """`rows.POINT` figures a point, (rows, n)."""
         figures = np.full((POINT * len(points), len(samples.time)), np.nan)
         for start, stop, chart, found in pieces:
-            inside, guess = samples.cropped(start, stop), found[chart.layout.found[0]]
+            inside, guess = samples.cropped(start, stop), found[chart.layout.iterated[0]]
             figures[:, start:stop] = chart.figures(points, inside, guess, parallel)
         return figures
 
     def exchange(self, out: FloatArray, inputs: FloatArray, status: StatusArray) -> None:
         """Write what other charts say of closed poses (columns) where only home's is singular."""
-        chart, orders = self.followed, len(self.followed.layout.found)
+        chart, orders = self.followed, len(self.followed.layout.iterated)
         given = inputs.reshape(1 + self.outputs.derivatives, len(chart.plan.driven), -1)
         for column in np.flatnonzero(status == Status.SINGULAR).tolist():
             here = np.zeros((orders, given.shape[1], 1))
             here[: len(given), :, 0] = given[:, :, column]
             known = out[:, [column]]
             if chart is not self.home:
-                known = iterate(chart, here.reshape(-1, 1), known[self.home.layout.found[0]])
+                known = iterate(chart, here.reshape(-1, 1), known[self.home.layout.iterated[0]])
             at = chart.configuration(here[0, :, 0], known[:, 0])
             regularity = chart.regularity(at)
             if not regularity > REGULAR:
                 continue
             for other in self.others(chart, at):
-                found = taken_over(other, here, at)
+                found = carried_over(other, here, at)
                 if found is None:
                     continue
                 figure = conditioning_beside(chart, other, here, found, self.units)

@@ -11,7 +11,7 @@ from parakin.algebra.spatial import ZERO, Vector
 from parakin.arrays import FloatArray
 from parakin.errors import InputError, nearest
 from parakin.kernel.backends import Kernel, make_kernel
-from parakin.kernel.rows import Outputs
+from parakin.kernel.outputs import Outputs
 from parakin.model.graph import Graph
 from parakin.motion.motion import Samples
 from parakin.planning.plan import Plan
@@ -41,7 +41,7 @@ def points_of(graph: Graph, bodies: bool | Sequence[str]) -> Points:
 
 @dataclass(frozen=True)
 class Figures:
-    """What the kernel knows of these points (`parakin.kernel.rows`), from solved samples."""
+    """What the kernel knows of these points (`parakin.kernel.outputs`), from solved samples."""
 
     points: Points
     kernel: Kernel

@@ -16,7 +16,7 @@ import numpy as np
 from parakin.arrays import FloatArray
 from parakin.errors import ParakinError
 from parakin.kernel.backends import Kernel, make_kernel
-from parakin.kernel.rows import Outputs
+from parakin.kernel.outputs import Outputs
 from parakin.kinematics.configuration import (
     Configuration,
     closure_system,
@@ -43,14 +43,14 @@ _SPREAD = 8192  # batches smaller than this are not worth a second core
 class Chart:
     """A plan compiled for what is to be reported, the first `reported` of `outputs.coordinates`.
 
-    share: how firmly the mechanism is held where the plan was made, compared with home.
+    relative_regularity: how firmly the mechanism is held where the plan was made, home being 1.
     """
 
     plan: Plan
     outputs: Outputs
     reported: int
     machine_code: bool
-    share: float = 1.0
+    relative_regularity: float = 1.0
     _figures: dict[tuple[object, ...], Figures] = field(default_factory=dict)
 
     @cached_property
@@ -157,20 +157,20 @@ class Chart:
             return 0.0
         return least_singular_value(self.plan, at) / self._regularity_at_home
 
-    def another(self, at: Configuration) -> Chart | None:
+    def replanned_at(self, at: Configuration) -> Chart | None:
         """A chart for the same outputs around another configuration, if there is one."""
         graph = self.plan.graph.plain
         q = at.q[: len(graph.coordinates)]
         try:
             there = configure(graph, graph.posed_tree(), q)
-            plan = plan_of(graph, self.plan.driven, there, zero=self.plan.zero)
+            plan = plan_of(graph, self.plan.driven, there, own_home=self.plan.own_home)
         except (ParakinError, np.linalg.LinAlgError):
             return None
         chosen = self.outputs.coordinates[: self.reported]
         watched = also_known(plan, chosen, plan.unknowns)
         outputs = replace(self.outputs, coordinates=(*chosen, *watched))
-        share = self.share * min(1.0, self.regularity(at))
-        return Chart(plan, outputs, self.reported, self.machine_code, share)
+        relative_regularity = self.relative_regularity * min(1.0, self.regularity(at))
+        return Chart(plan, outputs, self.reported, self.machine_code, relative_regularity)
 
 
 def least_singular_value(plan: Plan, at: Configuration) -> float:
@@ -181,7 +181,7 @@ def least_singular_value(plan: Plan, at: Configuration) -> float:
     """
     graph, tree = plan.graph, plan.tree
     held = {*plan.driven, *plan.idle}
-    free = [k for k in graph.inside(tree) if k not in held]
+    free = [k for k in graph.tree_coordinates(tree) if k not in held]
     if not free:
         return 1.0
     at = replace(at, screws=full_screws(graph, at, held))

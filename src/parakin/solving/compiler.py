@@ -11,7 +11,7 @@ from typing import Any
 from parakin.errors import AssemblyError, DrivenError, InputError, nearest
 from parakin.files.reading import loaded
 from parakin.kernel.backends import has_machine_code
-from parakin.kernel.rows import Outputs
+from parakin.kernel.outputs import Outputs
 from parakin.kinematics.assembly import CLOSED, assembled, close
 from parakin.kinematics.configuration import Configuration
 from parakin.model.evaluation import graph_of
@@ -68,7 +68,7 @@ def compile(
     if isinstance(near, str):
         near = _mode(graph, numbers, own, near)
     home = own if near is None else _near(graph, own, numbers, near)
-    plan = plan_of(graph, numbers, home, _cut(graph, cut), zero=own.q)
+    plan = plan_of(graph, numbers, home, _cut(graph, cut), own_home=own.q)
     checks = checks or bool(plan.iterated)
     chosen = _chosen(plan.graph.plain, coordinates)
     outputs = _outputs(plan, chosen, derivatives, checks=checks)
@@ -150,7 +150,7 @@ def _chosen(graph: Graph, coordinates: Sequence[str] | str | None) -> list[int |
     if isinstance(coordinates, str) and coordinates != "all":
         coordinates = [coordinates]
     if coordinates is None:
-        inside = graph.inside(graph.tree())
+        inside = graph.tree_coordinates(graph.tree())
         if graph.platform is not None:
             inside += graph.joints[graph.platform].coordinates
         return sorted(set(inside))

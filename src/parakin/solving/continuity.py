@@ -4,7 +4,7 @@ Positions, velocities and accelerations are known exactly at both moments. Of a 
 smooth between them the displacement is h/2 (v0 + v1) + h²/12 (a0 - a1), but for an error that
 falls with h⁵, and the change of velocity h/2 (a0 + a1), with h³. A jump to another branch, a kink
 where branches meet, or a turn that was lost leave a gap that does not fall so. What does not agree
-is looked at more closely, down to `moment`.
+is looked at more closely, down to `shortest_interval`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def foretold(h: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray
     return displacement
 
 
-def counted_on(
+def missing_turns(
     h: FloatArray, before: FloatArray, after: FloatArray, turning: BoolArray
 ) -> FloatArray:
     """The turns (m, n) by which positions have to be shifted to go on from those before.
@@ -92,12 +92,12 @@ def pace_of(before: FloatArray, after: FloatArray, step: FloatArray) -> FloatArr
     return pace
 
 
-def bulk_of(driven: FloatArray, units: FloatArray) -> FloatArray:
+def magnitude_of(driven: FloatArray, units: FloatArray) -> FloatArray:
     """How large what is driven is, (n,): positions (k, n), in units (k,) of each row."""
     bulk: FloatArray = np.abs(driven / units[:, None]).max(axis=0, initial=0.0)
     return bulk
 
 
-def moment(time: float) -> float:
+def shortest_interval(time: float) -> float:
     """The shortest time between two moments that are distinguished."""
     return max(LOCATED, 16 * float(np.spacing(abs(time))))

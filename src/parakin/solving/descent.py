@@ -6,16 +6,16 @@ import numpy as np
 
 from parakin.algebra.spatial import Scalar, as_array
 from parakin.arrays import FloatArray
-from parakin.kernel.pose import Equations, Lead
+from parakin.kernel.pose import Equations, Refiner
 from parakin.planning.plan import Block
 
 _STEPS = 60  # damped, from a start
 
 
-def descent(scales: FloatArray) -> Lead:
+def descent(scales: FloatArray) -> Refiner:
     """Levenberg-Marquardt from every start: Newton's steps alone would throw most of them away."""
 
-    def lead(block: Block, equations: Equations, values: list[Scalar]) -> list[Scalar]:
+    def refine(block: Block, equations: Equations, values: list[Scalar]) -> list[Scalar]:
         unit = scales[list(block.unknowns)]
         n = as_array(values[0]).size
 
@@ -45,4 +45,4 @@ def descent(scales: FloatArray) -> Lead:
             damping = np.clip(np.where(better, damping * 0.2, damping * 5.0), 1e-12, 1e12)
         return list(x * unit[:, None])
 
-    return lead
+    return refine

@@ -51,11 +51,11 @@ def from_home(atlas: Atlas, locks: Locks, goal: FloatArray) -> tuple[FloatArray,
     """
     walker, home = atlas.home.walker, home_state(atlas.home)
     steps, walked, part = walk(walker, home, goal, atlas.units)
-    start = steps[walker.layout.found[0]]
+    start = steps[walker.layout.iterated[0]]
     if not walked.any():
         return start, walked
     begin = home.driven[0][:, None]
-    for column in _held_up(atlas, locks, steps, walked, goal - begin):
+    for column in _stopped_by_plan(atlas, locks, steps, walked, goal - begin):
         there = begin[:, 0] + part[column] * (goal[:, column] - begin[:, 0])
         figure = float(steps[walker.outputs.conditioning, column])
         if not _regular(atlas, there, start[:, column], figure):
@@ -66,7 +66,7 @@ def from_home(atlas: Atlas, locks: Locks, goal: FloatArray) -> tuple[FloatArray,
     return start, walked
 
 
-def _held_up(
+def _stopped_by_plan(
     atlas: Atlas, locks: Locks, steps: FloatArray, walked: StatusArray, way: FloatArray
 ) -> IndexArray:
     """Columns in which the walk from home may have ended where only the plan is singular: near a
@@ -74,16 +74,16 @@ def _held_up(
     """
     layout = atlas.home.walker.layout
     pace = np.abs(way / atlas.units[:, None]).max(axis=0)
-    rates = np.abs(steps[layout.found[1]] / layout.units[:, None]).max(axis=0)
+    rates = np.abs(steps[layout.iterated[1]] / layout.units[:, None]).max(axis=0)
     slow = (np.abs(steps[layout.outputs.conditioning]) < _POOR) & (rates < _CALM * pace)
-    near = slow | near_lock(locks, steps[layout.found[0]])
+    near = slow | near_lock(locks, steps[layout.iterated[0]])
     return np.flatnonzero((walked != 0) & near & (pace < TURNS))
 
 
 def _regular(atlas: Atlas, y: FloatArray, found: FloatArray, figure: float) -> bool:
     """Whether the mechanism is held much better than a plan with this figure can tell."""
     chart = atlas.followed
-    driven = np.zeros((len(chart.layout.found), len(y), 1))
+    driven = np.zeros((len(chart.layout.iterated), len(y), 1))
     driven[0] = y[:, None]
     out = iterate(chart, driven.reshape(-1, 1), found[:, None])
     regularity = chart.regularity(chart.configuration(y, out[:, 0]))

@@ -24,7 +24,7 @@ class Start(NamedTuple):
     """A guess: positions as reported, and iterated coordinates."""
 
     position: FloatArray
-    found: FloatArray
+    iterated: FloatArray
 
 
 def stacked(
@@ -48,7 +48,7 @@ def stacked(
     return np.ascontiguousarray(np.concatenate(parts) if len(parts) > 1 else first)
 
 
-def moderate(*numbers: FloatArray) -> bool:
+def all_bounded(*numbers: FloatArray) -> bool:
     """Whether all are numbers, and none so large that accelerations might overflow."""
     if numbers[0].ndim == 1:
         return all(math.hypot(*some.tolist()) < _WILD for some in numbers)  # false of NaN
@@ -87,7 +87,7 @@ class Guesses:
         tick = guess if isinstance(guess, Tick) else None
         n = self.layout.reported
         if isinstance(guess, np.ndarray) and guess.shape == (n, *shape) and not self.hidden:
-            return Start(guess, guess[self.layout.found[0]])
+            return Start(guess, guess[self.layout.iterated[0]])
         position = _numbers(guess, "guess") if tick is None else self._defined(tick)  # type: ignore[arg-type]
         if position.shape not in ((n,), (n, *shape)):
             each = f" or ({n}, {shape[0]})" if shape else ""
@@ -97,11 +97,11 @@ class Guesses:
             names = ", ".join(self.hidden)
             expected = f"a Tick, since {names} are iterated and not among the coordinates"
             raise InputError("guess", "positions alone", expected)
-        if tick is None or not (self.hidden or len(tick.found)):
-            return Start(position, position[self.layout.found[0]])
-        if tick.found.shape != (len(self.iterated), *position.shape[1:]):
+        if tick is None or not (self.hidden or len(tick.iterated)):
+            return Start(position, position[self.layout.iterated[0]])
+        if tick.iterated.shape != (len(self.iterated), *position.shape[1:]):
             raise InputError("guess", "a Tick of another solver", "one of this solver's own")
-        return Start(position, tick.found)
+        return Start(position, tick.iterated)
 
     def _defined(self, tick: Tick) -> FloatArray:
         """Positions of a tick, those angles at home that are not defined there."""
@@ -123,7 +123,7 @@ class Guesses:
             if not np.abs(near[rows] - out[rows]).max(initial=0.0) <= np.pi:  # true of NaN too
                 out[rows] = nearest_angle(out[rows], to=near[rows])
                 return False
-        return moderate(guess, start.found) if self.hidden else moderate(guess)
+        return all_bounded(guess, start.iterated) if self.hidden else all_bounded(guess)
 
     def sound(self, inputs: FloatArray, start: Start | None) -> BoolArray:
         """Which columns are numbers, and in a guess have not lost the digits of their turns."""

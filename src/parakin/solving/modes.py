@@ -18,15 +18,15 @@ from parakin.algebra.angles import nearest_angle
 from parakin.algebra.spatial import ARRAYS, as_array
 from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.errors import InputError, nearest
-from parakin.kernel.pose import Lead, trace
-from parakin.kernel.rows import Outputs
+from parakin.kernel.outputs import Outputs
+from parakin.kernel.pose import Refiner, solve_pose
 from parakin.kinematics import loops
 from parakin.kinematics.closure import canonical_rows
 from parakin.kinematics.configuration import circuits_at, configure, coordinate_scales
 from parakin.kinematics.free_motions import free_motions
 from parakin.kinematics.recursion import Circuits
 from parakin.model.graph import Graph
-from parakin.planning.forms import Iterated, LinearSlide, TwoRowAngle
+from parakin.planning.forms import TwoRoots
 from parakin.planning.ordering import plan_of
 from parakin.planning.plan import Block, Plan
 from parakin.solving.descent import descent
@@ -53,7 +53,7 @@ class Mode:
     conditioning: float
     found: int
     variants: int
-    beyond: tuple[str, ...]
+    limits_exceeded: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def modes(solver: Solver, values: Mapping[str, float] | None = None, starts: int
     graph, plan = solver.graph, solver.plan
     home = configure(plan.graph, plan.tree, plan.home)
     home = configure(graph, graph.posed_tree(), home.q[: len(graph.coordinates)])
-    found = plan_of(graph, plan.driven, home, zero=plan.zero, everywhere=True)
+    found = plan_of(graph, plan.driven, home, own_home=plan.own_home, everywhere=True)
     return modes_of(found, values, starts)
 
 
@@ -154,7 +154,7 @@ def _assembled(
     rng: np.random.Generator,
     n: int,
 ) -> FloatArray:
-    """Outputs (rows, n) where as many random starts lead, the first being home's."""
+    """Outputs (rows, n) where as many random starts refine, the first being home's."""
     graph, iterated = plan.graph, plan.iterated
     scales = coordinate_scales(graph)
     # A mirror image of home is as far away again as home is from what mirrors it.
@@ -168,12 +168,12 @@ def _assembled(
     offsets = np.array([plan.offset(k) for k in range(len(home))])
     signs = [_either(block, rng, n) for block in plan.blocks]
     given = list(np.repeat(driven[:, None], n, axis=1))
-    lead: Lead | None = descent(scales)
+    refine: Refiner | None = descent(scales)
     for _ in range(_DRAWS):
         pairs = list(zip(plan.blocks, signs, strict=True))
         loose = replace(plan, blocks=tuple(_with_sign(*pair) for pair in pairs))
         with np.errstate(all="ignore"):  # what cannot be reached is NaN
-            results = trace(loose, [given], list(guess), ARRAYS, outputs, _STEPS, lead)
+            results = solve_pose(loose, [given], list(guess), ARRAYS, outputs, _STEPS, refine)
             for row, result in enumerate(results):
                 out[row] = as_array(result)
             open_ = _open(plan, out[outputs.order(0)] + offsets[:, None])
@@ -182,7 +182,7 @@ def _assembled(
                 wrong = open_[block.rows[0].cut]
                 sign[wrong] = rng.choice([-1.0, 1.0], int(wrong.sum()))
         if len(iterated):
-            guess, lead = out[iterated], None
+            guess, refine = out[iterated], None
     return out
 
 
@@ -233,11 +233,10 @@ def _with_sign(block: Block, sign: FloatArray | None) -> Block:
 
 def _either(block: Block, rng: np.random.Generator, n: int) -> FloatArray | None:
     """Both signs of a closed form's root at random, the first that of home; of one root none."""
-    form = block.form
-    if isinstance(form, (LinearSlide, TwoRowAngle, Iterated)):
+    if not isinstance(block.form, TwoRoots):
         return None
     signs = rng.choice([-1.0, 1.0], n)
-    signs[0] = form.sign
+    signs[0] = block.form.sign
     return signs
 
 

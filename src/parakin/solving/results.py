@@ -12,7 +12,7 @@ import numpy as np
 
 from parakin.arrays import ORDERS, FloatArray, StatusArray
 from parakin.errors import InputError, NotSolvedError, nearest
-from parakin.kernel.rows import (
+from parakin.kernel.outputs import (
     ACCELERATION,
     ANGULAR_ACCELERATION,
     ANGULAR_VELOCITY,

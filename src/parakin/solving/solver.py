@@ -19,7 +19,7 @@ from parakin import notebook
 from parakin.arrays import FloatArray, IndexArray, StatusArray
 from parakin.errors import InputError
 from parakin.files.reading import load_motion
-from parakin.kernel.rows import ORIENTATION, POINT, POSITION, Outputs
+from parakin.kernel.outputs import ORIENTATION, POINT, POSITION, Outputs
 from parakin.motion.course import Course
 from parakin.motion.motion import Motion, Samples
 from parakin.planning.plan import Plan
@@ -28,7 +28,7 @@ from parakin.solving.atlas import Atlas
 from parakin.solving.bodies import points_of
 from parakin.solving.charts import Chart
 from parakin.solving.from_home import from_home, home_state, home_values
-from parakin.solving.inputs import Guesses, moderate, stacked
+from parakin.solving.inputs import Guesses, all_bounded, stacked
 from parakin.solving.locks import locks_of, off_the_lock, try_again
 from parakin.solving.results import Labels, dataset, quaternions
 from parakin.solving.status import RESIDUAL, SINGULAR, SOLVED, Status, blank_undefined
@@ -125,13 +125,13 @@ class Solver:
         start = None if guess is None else self._guesses.start_of(guess, inputs.shape[1:])
         walked: StatusArray | int = 0
         if self._iterated:
-            out, walked = self._iterate(inputs, None if start is None else start.found)
+            out, walked = self._iterate(inputs, None if start is None else start.iterated)
         else:
             out = self._run(inputs, parallel=parallel)
         plain = self._guesses.turned_to(out, start) if start is not None else True
         checked = self._outputs.checks
         plain = plain and (
-            moderate(inputs) if checked else moderate(inputs, out[self._answers.last_rows])
+            all_bounded(inputs) if checked else all_bounded(inputs, out[self._answers.last_rows])
         )
         if plain and not checked:
             good = 0 if out.ndim == 1 else np.zeros(out.shape[1], dtype=np.int8)
@@ -203,7 +203,7 @@ class Solver:
         place = np.asarray(y, dtype=float)[:, None]
         points = points_of(self.graph, True)
         samples = Samples(np.zeros(1), place, zero, zero)
-        known = tick.found if len(tick.found) else tick.position[self.layout.found[0]]
+        known = tick.iterated if len(tick.iterated) else tick.position[self.layout.iterated[0]]
         found = off_the_lock(self._locks, known)[:, None]
         blocks = self._chart.figures(points, samples, found, False).reshape(len(points), POINT, 1)
         return blocks[:, POSITION, 0], quaternions(blocks[:, ORIENTATION], None)[0]

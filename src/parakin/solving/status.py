@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
-from parakin.kernel.rows import Outputs
+from parakin.kernel.outputs import Outputs
 
 RESIDUAL = 1e-12  # of what is subtracted where loops close: what counts as closed
 # Cosines of the second of three angles below which the first and last are undefined, nor their
@@ -58,16 +58,16 @@ class Layout:
     """Where a kernel's outputs lie.
 
     `reported`: how many of the coordinates of `outputs` are; the rest of the unknowns come after
-    these. `found` (orders, m): iterated coordinates, of which a guess is needed. `unknowns`:
-    rows of all that is solved for, and `units` of these, 1 for angles, else the characteristic
-    length. `angles`: rows of angles that are found within half a turn of home. `unsigned`: whether
+    these. `iterated` (orders, m): rows of iterated coordinates, of which a guess is needed.
+    `unknowns`: rows of all that is solved for, and `units` of these, 1 for angles, else the
+    characteristic length. `angles`: rows of angles that are found within half a turn of home. `unsigned`: whether
     some figure of conditioning is as large on either side of a singularity. `triples`: angles that
     are not defined everywhere. `watched`: what continuity is asked of, unknowns and angles.
     """
 
     outputs: Outputs
     reported: int
-    found: IndexArray
+    iterated: IndexArray
     unknowns: IndexArray
     units: FloatArray
     angles: IndexArray
@@ -118,7 +118,7 @@ def blank_undefined(out: FloatArray, layout: Layout) -> BoolArray:
             continue
         with np.errstate(invalid="ignore"):
             figure = np.sin(out[second]) if same else np.cos(out[second])
-        for order in range(len(layout.found)):
+        for order in range(len(layout.iterated)):
             undefined = np.abs(figure) < LOCKED[order]
             if undefined.any():
                 found |= undefined

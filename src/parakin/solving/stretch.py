@@ -16,24 +16,24 @@ from parakin.motion.motion import Samples
 from parakin.solving.charts import Chart
 from parakin.solving.continuity import (
     ASIDE,
-    bulk_of,
-    counted_on,
     follows,
-    moment,
+    magnitude_of,
+    missing_turns,
     pace_of,
+    shortest_interval,
     stays_clear,
 )
 from parakin.solving.status import Status, converged
 from parakin.solving.walking import iterate
 
 _HALVED = 32  # steps halved at once, counted from the first that does not hold
-_READ = 2.0**-12  # of a step: as far as the turns of angles that are read off are looked into
+_READ_OFF = 2.0**-12  # of a step: as far as the turns of angles that are read off are looked into
 _PARTS = 50_000  # moments; what needs more of them for a few hundred steps is too wild
 _BLOCK = 256  # samples held to the rule at once, so that what is worked out stays in the cache
 _SWING = 2.0  # times the velocity at a moment: the most an angle turns until the next
 _MARGIN = 0.1  # rad from where an angle wraps
-_BLOWN = 5.0  # times what they were `BEFORE` moments ago: velocities at an end of reach
-BEFORE = 100
+_SPEED_GROWTH = 5.0  # times what they were `LOOKBACK` moments ago: velocities at an end of reach
+LOOKBACK = 100
 
 
 class Nodes(NamedTuple):
@@ -72,7 +72,7 @@ class Stretch:
         self._turns = bool(watched.turning.any())
 
     def evaluated(self, time: FloatArray, step: FloatArray, guess: FloatArray) -> Nodes:
-        driven = self._course.at(time, len(self._layout.found))
+        driven = self._course.at(time, len(self._layout.iterated))
         return Nodes(time, driven, self._solved_at(driven, guess), step)
 
     def _solved_at(
@@ -86,7 +86,7 @@ class Stretch:
     def walked(self, head: Nodes, ends: FloatArray) -> tuple[Nodes, Ending | None]:
         """With some moments, on from the last to the ends of steps, or as far as it goes."""
         steps = np.diff(ends, prepend=head.time[-1:])
-        if len(self._layout.found[0]):
+        if len(self._layout.iterated[0]):
             return self._stepped(head, ends, steps)
         ahead = self.evaluated(ends, steps, np.empty((0, len(ends))))
         return self.certified(joined(head, ahead))
@@ -97,7 +97,7 @@ class Stretch:
         if place < 0:  # the motion's very first moment
             return nodes, Ending(-np.inf, Status.BRANCH_CHANGE)
         pair = nodes.part(slice(place, place + 2))
-        if pair.time[1] - pair.time[0] <= moment(time):
+        if pair.time[1] - pair.time[0] <= shortest_interval(time):
             walked = nodes.part(slice(0, place + 1))
             return walked, self.ending_of(walked, pair)
         found, ending = self.certified(self.with_middles(pair, np.array([0])))
@@ -114,13 +114,13 @@ class Stretch:
             time, step = pending[-1]
             here = found[-1]
             h = time - float(here.time[0])
-            x, v, a = here.out[self._layout.found[:3]]
+            x, v, a = here.out[self._layout.iterated[:3]]
             guess = x + h * (v + 0.5 * h * a)
             ahead = self.evaluated(np.array([time]), np.array([step]), guess)
             pair = self._unwrapped(joined(here, ahead))
             smooth, read = self._judged(pair)
-            narrow = h <= moment(time)
-            if smooth[0] and (read[0] or h <= _READ * step):
+            narrow = h <= shortest_interval(time)
+            if smooth[0] and (read[0] or h <= _READ_OFF * step):
                 found.append(pair.part(slice(1, None)))
                 pending.pop()
             elif len(found) > _PARTS:
@@ -138,7 +138,7 @@ class Stretch:
             nodes = self._unwrapped(nodes)
             smooth, read = self._judged(nodes)
             h = nodes.time[1:] - nodes.time[:-1]
-            open_ = ~(smooth & (read | (h <= _READ * nodes.step[1:])))
+            open_ = ~(smooth & (read | (h <= _READ_OFF * nodes.step[1:])))
             if not open_.any():
                 return nodes, None
             first = int(np.argmax(open_))
@@ -146,18 +146,18 @@ class Stretch:
             walked = nodes.part(slice(0, first + 1))
             if len(nodes.time) > _PARTS:
                 return walked, Ending(float(walked.time[-1]), Status.NOT_SMOOTH)
-            if not smooth[first] and h[first] <= moment(time):
+            if not smooth[first] and h[first] <= shortest_interval(time):
                 return walked, self.ending_of(walked, nodes.part(slice(first, first + 2)))
             places = first + np.flatnonzero(open_[first : first + _HALVED])
-            places = places[h[places] > moment(time)]
+            places = places[h[places] > shortest_interval(time)]
             nodes = self.with_middles(nodes, places)
 
     def with_middles(self, nodes: Nodes, places: IndexArray) -> Nodes:
         """With a moment in the middle of each of these intervals, where it can be solved."""
         time = 0.5 * (nodes.time[places] + nodes.time[places + 1])
         guess = np.empty((0, len(time)))
-        if len(self._layout.found[0]):
-            guess = hermite(nodes.time, nodes.out[self._layout.found[:3]], time)
+        if len(self._layout.iterated[0]):
+            guess = hermite(nodes.time, nodes.out[self._layout.iterated[:3]], time)
         middles = self.evaluated(time, nodes.step[places + 1], guess)
         return Nodes(
             *(
@@ -176,7 +176,7 @@ class Stretch:
         if not self._turns or len(nodes.time) < 2:
             return nodes
         h, orders = nodes.time[1:] - nodes.time[:-1], self._orders_of(nodes.out)
-        turns = counted_on(h, orders[:, :, :-1], orders[:, :, 1:], self._watched.turning)
+        turns = missing_turns(h, orders[:, :, :-1], orders[:, :, 1:], self._watched.turning)
         if not turns.any():
             return nodes
         turns[~np.isfinite(turns)] = 0.0
@@ -192,7 +192,7 @@ class Stretch:
         pace, digits = self._pace(nodes), self._digits(nodes.out)[1:]
         driven, bulk = (
             (nodes.driven[:3, :, :-1], nodes.driven[:3, :, 1:]),
-            bulk_of(nodes.driven[0], self._units)[1:],
+            magnitude_of(nodes.driven[0], self._units)[1:],
         )
         with np.errstate(all="ignore"):
             good = converged(nodes.out, self._layout)
@@ -217,8 +217,8 @@ class Stretch:
         for order in range(1, len(driven) - 1):
             driven[order] += aside * driven[order + 1]
         guess = np.empty((0, len(aside)))
-        if len(self._layout.found[0]):
-            x, v, a = nodes.out[self._layout.found[:3]][:, :, sides]
+        if len(self._layout.iterated[0]):
+            x, v, a = nodes.out[self._layout.iterated[:3]][:, :, sides]
             guess = x + aside * (v + 0.5 * aside * a)
         aside_figure = self._solved_at(driven, guess)[row]
         ahead, behind = aside_figure[: len(near)], aside_figure[len(near) :]
@@ -243,15 +243,25 @@ class Stretch:
         driven = pair.driven[:3]
         h = np.diff(pair.time)
         pace = self._pace(pair)
-        ends, bulk = (driven[..., :1], driven[..., 1:]), bulk_of(pair.driven[0], self._units)[1:]
+        ends, bulk = (
+            (driven[..., :1], driven[..., 1:]),
+            magnitude_of(pair.driven[0], self._units)[1:],
+        )
         if not follows(h, *ends, pace, self._units, np.ones(1), bulk).all():
             return Ending(time, Status.NOT_SMOOTH)
         if np.isnan(pair.out[self._layout.outputs.residual, 1]):
             return Ending(time, Status.OUT_OF_REACH)
-        earlier = int(np.searchsorted(walked.time, time - BEFORE * moment(time), side="right")) - 1
+        earlier = (
+            int(
+                np.searchsorted(
+                    walked.time, time - LOOKBACK * shortest_interval(time), side="right"
+                )
+            )
+            - 1
+        )
         rates = self._orders_of(walked.out)[1, self._watched.solved]
         velocity = np.abs(rates).max(axis=0, initial=0.0)
-        blown = velocity[-1] > _BLOWN * velocity[max(earlier, 0)]
+        blown = velocity[-1] > _SPEED_GROWTH * velocity[max(earlier, 0)]
         return Ending(time, Status.OUT_OF_REACH if blown else Status.BRANCH_CHANGE)
 
     def placed(
@@ -259,10 +269,10 @@ class Stretch:
     ) -> tuple[FloatArray, float | None]:
         """Outputs of samples on the walk, and the time of the first that is not where it leads."""
         time = samples.time
-        driven = np.array(samples.orders[: len(self._layout.found)])
+        driven = np.array(samples.orders[: len(self._layout.iterated)])
         guess = np.empty((0, len(time)))
-        if len(self._layout.found[0]):
-            known = nodes.out[self._layout.found[:3]]
+        if len(self._layout.iterated[0]):
+            known = nodes.out[self._layout.iterated[:3]]
             guess = (
                 hermite(nodes.time, known, time)
                 if len(nodes.time) > 1
@@ -275,7 +285,7 @@ class Stretch:
         if not len(doubtful):
             return out, None
         orders, pace = self._orders_of(nodes.out), np.append(self._pace(nodes), 0.0)
-        bulk = bulk_of(nodes.driven[0], self._units)
+        bulk = magnitude_of(nodes.driven[0], self._units)
         for start in range(0, len(doubtful), _BLOCK):
             chosen = doubtful[start : start + _BLOCK]
             place = left[chosen]
@@ -293,7 +303,7 @@ class Stretch:
         """Samples that can be nowhere else: a closed form keeps to its root between moments where
         it does, unless its figure has been near zero, and no angle comes to where it wraps.
         """
-        if len(self._layout.found[0]) or len(nodes.time) < 2:
+        if len(self._layout.iterated[0]) or len(nodes.time) < 2:
             return np.zeros(len(left), dtype=bool)
         figure = nodes.out[self._layout.outputs.conditioning]
         least = 0.5 * np.minimum(figure[:-1], figure[1:])
@@ -321,7 +331,7 @@ class Stretch:
         found = out[:, chosen]
         after = self._orders_of(found)
         watched = self._watched
-        turns = counted_on(h, before, after, watched.turning)
+        turns = missing_turns(h, before, after, watched.turning)
         if np.any(turns):
             after[0] += 2 * np.pi * np.nan_to_num(turns)
             out[np.ix_(watched.rows, chosen)] = after[0]

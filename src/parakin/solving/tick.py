@@ -15,9 +15,9 @@ from parakin.solving.status import Status
 class Tick(NamedTuple):
     """One pose, or a batch: rows are `coordinates`, SI; `status` is a `Status` (array).
 
-    Derivatives that the solver was not compiled for are arrays of no rows. `found` is what a next
-    call needs besides `position` to start from here: iterated coordinates, if `position` does not
-    contain them. `units`: "m" or "rad" for each coordinate.
+    Derivatives that the solver was not compiled for are arrays of no rows. `iterated` are the
+    iterated coordinates, if `position` does not contain them: a next call needs them to start from
+    here. `units`: "m" or "rad" for each coordinate.
 
     Not a Dataset because a control loop cannot wait for one.
     """
@@ -29,7 +29,7 @@ class Tick(NamedTuple):
     residual: float | FloatArray
     conditioning: float | FloatArray
     jerk: FloatArray
-    found: FloatArray
+    iterated: FloatArray
     coordinates: tuple[str, ...]
     units: tuple[str, ...]
 

@@ -18,16 +18,16 @@ from parakin.kinematics.configuration import Configuration
 from parakin.motion.course import Course
 from parakin.motion.motion import Samples
 from parakin.solving.charts import Chart
-from parakin.solving.continuity import moment
+from parakin.solving.continuity import shortest_interval
 from parakin.solving.status import Status, classify
-from parakin.solving.stretch import BEFORE, Ending, Nodes, Stretch, joined
-from parakin.solving.walking import REGULAR, State, taken_over, walk
+from parakin.solving.stretch import LOOKBACK, Ending, Nodes, Stretch, joined
+from parakin.solving.walking import REGULAR, State, carried_over, walk
 
 _AT_ONCE = 512  # steps of the motion's own that are looked at together
 POORER = 30.0  # times: where a plan's figure has fallen by more than that, it is the plan's fault
 _GOOD = 0.05  # figure of a plan where another takes over
 
-Charts = Callable[[Chart, Configuration], Iterable[Chart]]
+OtherCharts = Callable[[Chart, Configuration], Iterable[Chart]]
 
 
 class Piece(NamedTuple):
@@ -47,28 +47,28 @@ class Track:
     """
 
     def __init__(
-        self, chart: Chart, course: Course, home: State, units: FloatArray, charts: Charts
+        self, chart: Chart, course: Course, home: State, units: FloatArray, charts: OtherCharts
     ) -> None:
         self._course, self._home, self._units, self._charts = course, home, units, charts
         self._walks: list[tuple[Stretch, Nodes]] = []  # the last goes on
         self._first = Stretch(chart, course, units)
         self._switched = -np.inf  # when the last chart took over
         self._ending: Ending | None = None
-        self._told = False
+        self._end_reported = False
 
     def solve(self, samples: Samples, *, parallel: bool) -> tuple[list[Piece], StatusArray]:
         """Samples that can be reached, and the status of all; windows come one after the other."""
         time, n = samples.time, len(samples.time)
         status = np.full(n, Status.NOT_REACHED, dtype=np.int8)
         pieces: list[Piece] = []
-        if not self._told:
+        if not self._end_reported:
             self._reach(float(time[0]), float(time[-1]))
             while not self._placed(samples, pieces, parallel):
                 pieces = []
         reached = pieces[-1].stop if pieces else 0
         status[:reached] = Status.CONVERGED
-        if reached < n and not self._told and self._ending is not None:
-            self._told = True
+        if reached < n and not self._end_reported and self._ending is not None:
+            self._end_reported = True
             status[reached] = self._ending.status
         return pieces, status
 
@@ -124,11 +124,11 @@ class Track:
         ends = self._course.steps(-np.inf, until, _AT_ONCE)
         guess = np.empty((0, len(ends)))
         status, ending = Status.CONVERGED, None
-        if len(layout.found[0]):
+        if len(layout.iterated[0]):
             ends = ends[:1]
-            driven = self._course.at(ends, len(layout.found))
+            driven = self._course.at(ends, len(layout.iterated))
             out, walked, _ = walk(chart.walker, self._home, driven[0], self._units)
-            guess, status = out[chart.walker.layout.found[0]], Status(int(walked[0]))
+            guess, status = out[chart.walker.layout.iterated[0]], Status(int(walked[0]))
         steps = np.zeros(len(ends))
         steps[1:] = ends[1:] - ends[:-1]
         nodes = stretch.evaluated(ends, steps, guess)
@@ -167,7 +167,7 @@ class Track:
         self, chart: Chart, head: Nodes, before: Configuration
     ) -> tuple[Stretch, Nodes] | None:
         """The same moment on another chart, if it serves there and the pose is the same."""
-        out = taken_over(chart, head.driven, before)
+        out = carried_over(chart, head.driven, before)
         if out is None:
             return None
         return Stretch(chart, self._course, self._units), head._replace(out=out)
@@ -175,5 +175,5 @@ class Track:
 
 def _place_before(nodes: Nodes, time: float) -> int:
     """The first of the moments by which an ending at this time would be judged."""
-    since = time - BEFORE * moment(time)
+    since = time - LOOKBACK * shortest_interval(time)
     return max(int(np.searchsorted(nodes.time, since, side="right")) - 1, 0)

@@ -11,7 +11,7 @@ from parakin.algebra.spatial import as_array
 from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
 from parakin.kinematics.configuration import Configuration
 from parakin.solving.charts import Chart
-from parakin.solving.continuity import ASIDE, bulk_of, follows, stays_clear
+from parakin.solving.continuity import ASIDE, follows, magnitude_of, stays_clear
 from parakin.solving.status import (
     RESIDUAL,
     Layout,
@@ -38,7 +38,7 @@ class State(NamedTuple):
     """
 
     driven: FloatArray
-    found: FloatArray
+    iterated: FloatArray
 
 
 def iterate(
@@ -67,7 +67,7 @@ def iterate(
         if not kept.any():
             break
         open_, again = open_[kept], again[:, kept]
-        again[known:] = found[layout.found[0]][:, kept]
+        again[known:] = found[layout.iterated[0]][:, kept]
     return out
 
 
@@ -75,13 +75,13 @@ def _hopeful(out: FloatArray, layout: Layout) -> BoolArray:
     """Whether another step may help: the iteration is finite, and it moves while what follows
     from it is still out of reach.
     """
-    finite = np.isfinite(out[layout.found[0]]).all(axis=0)
+    finite = np.isfinite(out[layout.iterated[0]]).all(axis=0)
     settled = np.isnan(out[layout.outputs.residual]) & ~(out[layout.outputs.step] > 1e-10)
     hopeful: BoolArray = finite & ~settled
     return hopeful
 
 
-def taken_over(chart: Chart, driven: FloatArray, before: Configuration) -> FloatArray | None:
+def carried_over(chart: Chart, driven: FloatArray, before: Configuration) -> FloatArray | None:
     """Outputs (rows, 1) on this chart of a pose found on another one, if it serves there and the
     mechanism stands the same. driven (orders, k, 1).
     """
@@ -102,7 +102,7 @@ def conditioning_beside(
         moved = np.zeros_like(driven)
         moved[0] = driven[0]
         moved[0, row] += way * units[row]
-        out = iterate(other, moved.reshape(-1, 1), found[other.layout.found[0]])
+        out = iterate(other, moved.reshape(-1, 1), found[other.layout.iterated[0]])
         if not converged(out, other.layout)[0]:
             continue
         at = other.configuration(moved[0, :, 0], out[:, 0])
@@ -156,9 +156,9 @@ class _Ways:
         self.start = begin.driven[0][:, None]
         self.way = goal - self.start
         self.pace = np.abs(self.way / units[:, None]).max(axis=0, initial=_SHORT)
-        self.bulk = bulk_of(goal, units)
+        self.bulk = magnitude_of(goal, units)
         self.all = np.arange(goal.shape[1])
-        self._driven = np.zeros((len(chart.layout.found), *goal.shape))
+        self._driven = np.zeros((len(chart.layout.iterated), *goal.shape))
         self._driven[1] = self.way
 
     def at(self, part: FloatArray, guess: FloatArray, chosen: IndexArray) -> FloatArray:
@@ -249,12 +249,12 @@ def _set_off(chart: Chart, begin: State, way: FloatArray) -> tuple[FloatArray, F
     """
     layout, k = chart.layout, len(way)
     pairs = [(i, j) for i in range(k) for j in range(i, k)]
-    driven = np.zeros((len(layout.found), k, 1 + len(pairs)))
+    driven = np.zeros((len(layout.iterated), k, 1 + len(pairs)))
     driven[0] = begin.driven[0][:, None]
     for column, (i, j) in enumerate(pairs, 1):
         driven[1, i, column] = driven[1, j, column] = 1.0
-    guess = begin.found[0][:, None].repeat(1 + len(pairs), axis=1)
-    home = iterate(chart, driven.reshape(len(layout.found) * k, -1), guess)
+    guess = begin.iterated[0][:, None].repeat(1 + len(pairs), axis=1)
+    home = iterate(chart, driven.reshape(len(layout.iterated) * k, -1), guess)
     x, velocity, acceleration = home[layout.outputs.motion].reshape(3, -1, 1 + len(pairs))[:, :, 1:]
     alone = [column for column, (i, j) in enumerate(pairs) if i == j]
     second = acceleration.copy()

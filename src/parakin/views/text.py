@@ -124,7 +124,7 @@ def _driving(driven: Sequence[str], found: Mobility) -> list[Text]:
                 what = ("joints", "spherical joints", "ones they")
             cause = (
                 f"  cause: {what[0]} {' and '.join(found.to_blame)}: as {what[1]} instead of "
-                f"universal {what[2]} would give mobility {found.cured}"
+                f"universal {what[2]} would give mobility {found.mobility_if_spherical}"
             )
             lines.append(Text(cause, style="bold red"))
     elif found.wanted and more > 0:
@@ -201,16 +201,16 @@ def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> Renderab
     """The assembly modes of a mechanism: what `parakin modes` prints."""
     units = {c.name: unit_of(c.angle) for c in graph.coordinates}
     heading = [f"{n} [{units[n].name}]" for n in found.distinguished_by]
-    table = _table("branch", *heading, "conditioning", "found", "variants", "beyond limits")
-    for branch in found.modes:
-        values = [f"{units[n].per_si * branch.coordinates[n]:z.3f}" for n in found.distinguished_by]
+    table = _table("mode", *heading, "conditioning", "found", "variants", "beyond limits")
+    for mode in found.modes:
+        values = [f"{units[n].per_si * mode.coordinates[n]:z.3f}" for n in found.distinguished_by]
         table.add_row(
-            branch.name,
+            mode.name,
             *values,
-            f"{branch.conditioning:.3f}",
-            str(branch.found),
-            str(branch.variants),
-            ", ".join(branch.beyond),
+            f"{mode.conditioning:.3f}",
+            str(mode.found),
+            str(mode.variants),
+            ", ".join(mode.limits_exceeded),
         )
     return Group(
         Text(f"{graph.mechanism.name}, driven: {', '.join(driven)}", style="bold"),

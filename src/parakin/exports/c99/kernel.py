@@ -12,7 +12,7 @@ from functools import cached_property
 
 from parakin.exports.c99.names import MADE_BY, Names
 from parakin.exports.c99.traced import c_function
-from parakin.kernel.rows import Outputs
+from parakin.kernel.outputs import Outputs
 from parakin.solving.charts import layout_of
 from parakin.solving.solver import Solver
 from parakin.solving.status import LOCKED, RESIDUAL, SINGULAR, TURNS

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from parakin.algebra.spatial import FLOATS, Functions, Scalar, as_float
-from parakin.kernel.pose import trace
-from parakin.kernel.rows import Outputs
+from parakin.kernel.outputs import Outputs
+from parakin.kernel.pose import solve_pose
 from parakin.solving.solver import Solver
 
 
@@ -108,7 +108,7 @@ def c_function(solver: Solver, name: str, outputs: Outputs) -> str:
     k = len(solver.driven)
     orders = 1 + outputs.derivatives
     inputs = [Term(statements, f"in[{i}]") for i in range(k * orders + len(solver.iterated))]
-    results = trace(
+    results = solve_pose(
         solver.plan,
         [inputs[k * order : k * (order + 1)] for order in range(orders)],
         inputs[k * orders :],

@@ -248,7 +248,7 @@ class Drive:
         passive = passive or [k for k in range(len(free)) if k not in plan.driven]
         most = max(free[k] for k in passive)
         joints = {graph.coordinates[k].joint for k in passive if free[k] > _MOVES * most}
-        return Stop(status, freedom.said, frozenset(joints))
+        return Stop(status, freedom.description, frozenset(joints))
 
 
 def driven_by(

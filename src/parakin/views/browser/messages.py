@@ -54,7 +54,9 @@ def pose_message(state: PoseState) -> str:
 def branch_label(number: int, search: Search) -> str:
     """The entry of a branch in the list to choose from."""
     branch = search.modes[number]
-    beyond = f", beyond limits: {', '.join(branch.beyond)}" if branch.beyond else ""
+    beyond = (
+        f", beyond limits: {', '.join(branch.limits_exceeded)}" if branch.limits_exceeded else ""
+    )
     return f"{number + 1} of {len(search.modes)}{beyond}"
 
 

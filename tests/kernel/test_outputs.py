@@ -9,9 +9,9 @@ import pytest
 
 import parakin
 from parakin.algebra.spatial import ZERO
-from parakin.kernel import rows
+from parakin.kernel import outputs as rows
 from parakin.kernel.backends import input_count, make_kernel
-from parakin.kernel.rows import Outputs
+from parakin.kernel.outputs import Outputs
 
 
 @pytest.mark.parametrize(
