@@ -61,8 +61,9 @@ class Layout:
     these. `iterated` (orders, m): rows of iterated coordinates, of which a guess is needed.
     `unknowns`: rows of all that is solved for, and `units` of these, 1 for angles, else the
     characteristic length. `angles`: rows of angles that are found within half a turn of home.
-    `unsigned`: whether some figure of conditioning is as large on either side of a singularity. `triples`: angles that
-    are not defined everywhere. `watched`: what continuity is asked of, unknowns and angles.
+    `unsigned`: whether some figure of conditioning is as large on either side of a singularity.
+    `triples`: angles that are not defined everywhere. `watched`: what continuity is asked of,
+    unknowns and angles.
     """
 
     outputs: Outputs
