@@ -140,3 +140,41 @@ def test_windows_are_written_as_one_result(
         pd.testing.assert_frame_equal(
             pd.read_parquet("windows.parquet"), pd.read_parquet("whole.parquet"), check_exact=True
         )
+
+
+def test_what_cannot_be_written_is_read_back_until_the_failure_is_raised(tmp_path: Path) -> None:
+    """HDF5 reads what it wrote, in pieces of its own, and crashes on anything else."""
+    rng = np.random.default_rng(0)
+    model = np.zeros(20_000, dtype=np.uint8)
+    with datasets._DeferredFailure(tmp_path / "a", "w+") as file:
+        for step in range(400):
+            if step == 200:
+                file._failure = OSError("full")
+            start, size = int(rng.integers(0, 15_000)), int(rng.integers(1, 5_000))
+            part = rng.integers(0, 256, size, dtype=np.uint8)
+            file.seek(start)
+            assert file.write(part) == size
+            assert file.tell() == start + size
+            model[start : start + size] = part
+            start, size = int(rng.integers(0, 15_000)), int(rng.integers(1, 5_000))
+            found = bytearray(size)
+            file.seek(start)
+            known = file.readinto(found)
+            assert found[:known] == model[start : start + known].tobytes()
+            assert not any(model[start + known : start + size])
+        file._failure = None
+
+
+def test_what_was_written_before_a_failure_is_read_back_too(tmp_path: Path) -> None:
+    with datasets._DeferredFailure(tmp_path / "a", "w+") as file:
+        file.write(b"x" * 6000)
+        file._failure = OSError("full")
+        file.seek(5000)
+        file.write(b"y" * 10)
+        found = bytearray(1020)
+        file.seek(4995)
+        file.readinto(found)
+        assert found == b"x" * 5 + b"y" * 10 + b"x" * 990 + bytes(15)
+        with pytest.raises(OSError, match="full"):
+            file.raise_failure()
+        file._failure = None

@@ -125,6 +125,6 @@ def test_a_disk_that_fills_up_leaves_the_old_file_and_no_other(
     name = option.split()[1]
     solve = ("solve", "flight-simulator", "general", *option.split())
     code, err = run(*solve, start=("-c", LIMITED))
-    assert err == f"error: {name}: found file too large; expected a file that can be written\n"
-    assert code == 2
+    said = f"error: {name}: found file too large; expected a file that can be written\n"
+    assert (code, err) == (2, said)
     assert contents(linkage_folder) == before

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+_PAGE = 4096  # bytes
 SUFFIXES = (".csv", ".nc", ".parquet")
 _NEEDS = {".nc": ("h5netcdf", "h5py"), ".parquet": ("pyarrow",)}
 _BODY = {
@@ -146,18 +147,47 @@ def _netcdf(windows: Iterable[xr.Dataset], path: Path) -> None:
 
 
 class _DeferredFailure(io.FileIO):
-    """A file for HDF5, which crashes if a write fails: the failure is kept and raised later."""
+    """A file for HDF5, which crashes if a write fails: the failure is kept and raised later.
+
+    What could not be written is kept too, in pages of memory: HDF5 reads back what it wrote, and
+    crashes on anything else.
+    """
 
     _failure: OSError | None = None
 
+    def __init__(self, path: Path, mode: str) -> None:
+        super().__init__(path, mode)
+        self._pages: dict[int, bytearray] = {}
+
     def write(self, data: Any) -> int:
         rest = memoryview(data).cast("B")
-        size = len(rest)
+        start, size = self.tell(), len(rest)
         while len(rest) and self._failure is None:
             try:
                 rest = rest[super().write(rest) or 0 :]
             except OSError as error:
                 self._failure = error
+        for page, place, part in _paged(start + size - len(rest), len(rest)):
+            if page not in self._pages:
+                self._pages[page] = bytearray(_PAGE)
+                self.seek(page * _PAGE)
+                super().readinto(self._pages[page])
+            self._pages[page][place : place + len(part)] = rest[part.start : part.stop]
+        self.seek(start + size)
+        return size
+
+    def readinto(self, buffer: Any, /) -> int:
+        if self._failure is None:
+            return super().readinto(buffer) or 0
+        whole = memoryview(buffer).cast("B")
+        start, size = self.tell(), len(whole)
+        known = super().readinto(whole) or 0
+        whole[known:] = bytes(size - known)
+        for page, place, part in _paged(start, size):
+            if page in self._pages:
+                kept = self._pages[page][place : place + len(part)]
+                whole[part.start : part.stop] = kept
+        self.seek(start + size)
         return size
 
     def truncate(self, size: int | None = None) -> int:
@@ -174,6 +204,16 @@ class _DeferredFailure(io.FileIO):
     def raise_failure(self) -> None:
         if self._failure is not None:
             raise self._failure
+
+
+def _paged(start: int, size: int) -> Iterator[tuple[int, int, range]]:
+    """Bytes of a file by page: the page, the place in it, and which of the bytes."""
+    done = 0
+    while done < size:
+        page, place = divmod(start + done, _PAGE)
+        count = min(_PAGE - place, size - done)
+        yield page, place, range(done, done + count)
+        done += count
 
 
 def _text_type() -> Any:
