@@ -35,7 +35,7 @@ def test_whatever_a_message_quotes_it_stays_one_line_of_bounded_length() -> None
         ("lenght", ["width", "length"], "one of: length, width; did you mean 'length'?"),
         ("LENGTH", ["width", "length"], "one of: length, width; did you mean 'length'?"),
         ("q", ["width", "length"], "one of: length, width"),
-        ("q", [], "none: there are none"),
+        ("q", [], "no name, as none are defined"),
     ],
 )
 def test_the_nearest_name(name: str, known: list[str], text: str) -> None:

@@ -4,8 +4,11 @@
 >>> solver = parakin.compile("flight-simulator")
 >>> result = solver.solve("general")
 
-The packages follow the flow of the data; each imports only those listed before it:
+The packages follow the flow of the data; each imports only those listed before it (`analysis` and
+`exports` do not import each other):
 
+- `errors`, `arrays`, `notebook`, `version`: messages, types of arrays, tables in notebooks, the
+  version; all may import them
 - `algebra`: vectors, rotations, dual numbers, small linear systems, on any scalar
 - `model`: the user's description of a mechanism, and its numerical form
 - `motion`: what drives a mechanism over time
@@ -14,14 +17,14 @@ The packages follow the flow of the data; each imports only those listed before 
 - `planning`: joints to cut, rows and their order for given driven coordinates
 - `kernel`: one pose and its rates (eq. 10), in machine code or on NumPy
 - `solving`: compiling solvers, following motions, labelled results, assembly modes
-- `analysis`: mobility, singularities
+- `analysis`: mobility, singularities (and, beside it, real time when it comes)
 - `exports`: models and code for other programs
 - `views`: figures, films, reports, schemes, pages in the browser
-- `verbs`: most commands as functions: `parakin.check`, `draw`, `plot`, ...
+- `verbs`: commands as functions, `parakin.check`, `draw`, ...: all but `list`, `modes` and `solve`,
+  which are `parakin.catalogue`, `parakin.modes` and `Solver.solve`
 - `cli`: the command line
 
-and `catalogue` is data. Names are imported when first used, so that importing parakin costs
-nothing.
+and `catalogue` is data. Names are imported when first used, so importing parakin takes no time.
 """
 
 from __future__ import annotations

@@ -1,3 +1,5 @@
+"""The command line, run as `python -m parakin`."""
+
 import sys
 
 from parakin.cli.main import main

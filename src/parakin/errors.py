@@ -42,10 +42,10 @@ class NotSolvedError(ParakinError):
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """What exists, and what of it `name` may have meant, to end a message."""
+    """The names that exist, and the one that `name` may have meant, to end a message."""
     names = sorted(known)
     if not names:
-        return "none: there are none"
+        return "no name, as none are defined"
     folded = {other.casefold(): other for other in names}
     close = difflib.get_close_matches(name[:100].casefold(), folded, n=1, cutoff=0.5)
     hint = f"; did you mean {folded[close[0]]!r}?" if close else ""
@@ -53,7 +53,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def not_installed(place: str, library: str, extra: str = "exchange") -> InputError:
-    """Of a library that is missing; `extra` is the one of parakin's that installs it."""
+    """A library is missing; `extra` is the extra of parakin that installs it."""
     return InputError(place, f"{library} is not installed", f"pip install 'parakin[{extra}]'")
 
 

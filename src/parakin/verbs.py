@@ -1,4 +1,6 @@
-"""The commands as functions of the same names, and `save` and `record`.
+"""Commands as functions of the same names, and `save` and `record`.
+
+All but three: `list` is `parakin.catalogue`, `modes` is `parakin.modes`, `solve` is `Solver.solve`.
 
 A mechanism is a `Mechanism`, a name of the catalogue, or a file. The suffix of a path selects the
 format; a file is written completely or not at all.

@@ -142,7 +142,7 @@ def test_random_mechanisms_come_back(
         (("delta", "model.txt"), "'.txt'; expected .xml (MJCF), .urdf or .c"),
         (("delta", "model"), "no suffix"),
         (("delta", "no/model.xml"), "no such file or directory"),
-        (("delta", "model.xml", "--driven", "A1"), "models can be solved for any"),
+        (("delta", "model.xml", "--driven", "A1"), "a model leaves open what is driven"),
         (("delta", "model.c", "--driven", "A9"), "unknown coordinate 'A9'"),
         (("delta", "model.xml", "--loops", "a.yaml"), "a URDF; other files contain their loops"),
     ],

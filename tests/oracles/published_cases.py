@@ -319,7 +319,7 @@ PLANAR = (
                 360,
             ),
         ),
-        note="figures quoted as this repository's catalogue test had them; the book was not at hand",
+        note="figures as this repository's catalogue test quoted them; the book was not at hand",
     ),
     Case(
         "Planar linkages",
@@ -383,7 +383,7 @@ PLANAR = (
             ("omega", "-0.2226683902"),
             ("epsilon", "1.2305474445"),
         ),
-        note="30 digits are printed, ten decimals quoted. The crank's angle is theirs",
+        note="30 digits are printed, ten decimals quoted. The crank's angle is the source's",
     ),
     Case(
         "Planar linkages",
@@ -421,9 +421,9 @@ PLANAR = (
                 ("epsilon", "9827"),
             ),
         ),
-        note="the crank's angle, speed and acceleration are theirs. 16 digits are printed of an "
-        "integration whose speeds close the loops to 1e-9 m/s and whose accelerations close them "
-        "to 2e-3 m/s² only, 1e-6 of what they are: so many digits are quoted",
+        note="the crank's angle, speed and acceleration are the source's. It prints 16 digits of an "
+        "integration whose speeds close the loops to 1e-9 m/s, but its accelerations only to "
+        "2e-3 m/s², 1e-6 of their size: only as many digits are quoted",
     ),
     Case(
         "Planar linkages",
@@ -540,7 +540,7 @@ SPATIAL = (
             Figure("third joint", "2.2786335669", lambda: bennett()["C"][0], "rad", 2 * np.pi),
             Figure("fourth joint", "-1.5073336115", lambda: bennett()["D"][0], "rad", 2 * np.pi),
         ),
-        note="first joint theirs; ten decimals of 16 digits",
+        note="the first joint's angle is the source's; ten decimals of 16 digits",
     ),
     Case(
         "Spatial loops",
@@ -576,8 +576,8 @@ SPATIAL = (
             Figure("its speed", "0.9237604307", lambda: cardan()["B"][1], "rad/s"),
             Figure("its acceleration", "-0.2133333333", lambda: cardan()["B"][2], "rad/s²"),
         ),
-        note="a theorem, ten figures of it; angles from where the driving shaft's "
-        "arm of the cross lies in the plane of the shafts",
+        note="a theorem, evaluated to ten figures; angles count from where the driving "
+        "shaft's arm of the cross lies in the plane of the shafts",
     ),
 )
 
@@ -777,8 +777,8 @@ SPHERICAL = (
             Figure("working modes", "8", lambda: len(parakin.modes(compiled("agile-eye")).modes)),
             Figure("assembly modes", "4", moving_orientations),
         ),
-        note="four more solutions, which the paper leaves out, keep the eye where it is whatever "
-        "the motors do; `parakin.modes` tells all eight",
+        note="there are four more solutions, left out of the paper, in which the eye stays put "
+        "whatever the motors do; `parakin.modes` reports all eight",
     ),
 )
 
@@ -1088,7 +1088,7 @@ LOWER = (
             ),
             Figure("d₁, first leg", "178.189650", lambda: 1e3 * tripod_platform()["P1"][0], "mm"),
         ),
-        note="formulas printed there, six decimals of them",
+        note="from the formulas printed there, to six decimals",
     ),
     Case(
         "Fewer freedoms",

@@ -187,7 +187,7 @@ class Pose(NamedTuple, Generic[S_co]):
     p: Vector[S_co]
 
     def __matmul__(self: Pose[S], other: Pose[S]) -> Pose[S]:
-        """X_AC = X_AB X_BC (eqs. 1 and 7)."""
+        """X_AC = X_AB X_BC (eqs. 1, 7 and 8)."""
         return Pose(self.R @ other.R, self.p + self.R @ other.p)
 
     @property

@@ -1,5 +1,7 @@
 """What a mechanism or a result means: mobility, singularities, and what moves, in words.
 
-Looks at solvers and results and changes neither. Prints and draws nothing. Workspace, sizing and
-optimisation belong in a package of their own, `design`, above this one.
+`mobility` counts the freedoms of a mechanism, `freedom` finds what goes free at a pose,
+`singularities` what a motion comes near or crosses, and `twists` puts it in words. Looks at solvers
+and results and changes neither. Prints and draws nothing. Workspace, sizing and optimisation belong
+in a package of their own, `design`, above this one.
 """

@@ -32,8 +32,8 @@ _STILL = 1e-3  # of what moves most: what rests
 
 
 def outputs_of(solver: Solver) -> list[str]:
-    """The coordinates that the actuated ones move: those of the platform that the file drives,
-    or that move most freely, or without a platform what leaves the last links at the base.
+    """The coordinates that the actuated ones move: those of the platform that the file drives or
+    that move most freely at home, or without a platform the last passive ones at the base.
 
     Raises InputError where there are not as many actuated coordinates, or outputs, as driven ones.
     """
@@ -55,8 +55,10 @@ class Sets(NamedTuple):
 
 
 def sets_of(solver: Solver) -> Sets:
-    """The actuated coordinates, and the outputs: those of the platform that the file drives, or
-    that move most freely, or without a platform what leaves the last links at the base.
+    """The actuated coordinates, and the outputs: those of the platform that the file drives or
+    that move most freely at home, or without a platform the last passive ones at the base.
+
+    Raises InputError where there are not as many of either as are driven.
     """
     graph, count = solver.plan.graph, len(solver.driven)
     actuated = [k for k, c in enumerate(graph.coordinates) if c.actuated]
@@ -122,10 +124,10 @@ class Freedom(NamedTuple):
 
 
 def freedom_at(solver: Solver, q: FloatArray) -> Freedom:
-    """What a pose near a singularity is near to; home gives the rank of the rows.
+    """What can move at a pose near a singularity; the rank of the rows is that at home.
 
-    q: all coordinates, as the joints count. Where kinds cannot be told apart, as `closeness` says,
-    the driven coordinates alone decide. Raises LinAlgError.
+    q: all coordinates, as the joints count. Where kinds cannot be told apart (`sets_of` raises
+    InputError), it is of kind "driven". Raises LinAlgError.
     """
     try:
         sets = sets_of(solver)
@@ -137,12 +139,16 @@ def freedom_at(solver: Solver, q: FloatArray) -> Freedom:
 
 
 def freedom(solver: Solver, sets: Sets | None, q: FloatArray, rank: int, best: float) -> Freedom:
-    """rank, best: of all closure rows where nothing is singular, and their least singular value
-    over the largest.
+    """What moves most easily at a pose, and the kind of singularity that makes.
+
+    rank, best: the rank of all closure rows where nothing is singular, and the ratio there of the
+    least singular value in it to the largest.
     """
     graph, plan = solver.plan.graph, solver.plan
     if graph.platform is not None and abs(_spread(graph, q)) < LOST:
-        words = "the platform's three angles are not defined there; angles about other axes may be"
+        words = (
+            "the platform's three angles are undefined there; about other axes they may be defined"
+        )
         return Freedom("angles", words, np.zeros(len(q)), 0.0)
     (values,) = whole_values(plan, q[:, None])
     lost_rank = bool(values[rank - 1] < LOST * best * values[0])

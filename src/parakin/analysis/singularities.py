@@ -58,10 +58,10 @@ _STEPS = 8  # Newton steps where a plan iterates, from the sample before
 class Crossing:
     """A singularity at a time [s] between two samples, its kind, and what goes free or is lost.
 
-    "type 1", "type 2"; "constraint": all rows together lose rank; "passive": joints that are
-    neither actuated nor outputs go free; "driven": the driven coordinates, being neither the
-    actuated ones nor the outputs, determine the rest no longer; "angles": it is only the three
-    angles of the platform that are not defined there. `ends`: the motion stops there.
+    Kinds: "type 1" and "type 2"; "constraint": all rows together lose rank; "passive": joints that
+    are neither actuated nor outputs go free; "driven": the driven coordinates, being neither the
+    actuated ones nor the outputs, no longer determine the rest; "angles": only the platform's three
+    angles are undefined there. `ends`: the motion stops there.
     """
 
     time: float
@@ -91,9 +91,9 @@ def singularities(
     """How near a solved motion comes to singularities of each kind, and where it crosses one,
     between samples too.
 
-    result: what `solver.solve` gave; flagged samples come out as NaN. motion: what was solved;
-    with it the place where it stopped, if it did, is looked into too. Raises InputError where the
-    mechanism has no actuated coordinates, or not as many as are driven, or no other outputs.
+    result: from `solver.solve`; flagged samples give NaN. motion: the one that was solved, so that
+    what stopped it, if anything did, is reported too. Raises InputError if the mechanism has no
+    actuated coordinates, or not as many as are driven, or no outputs besides them.
     """
     motion = solver.motion(motion) if isinstance(motion, str) else motion
     sets = sets_of(solver)
@@ -124,8 +124,8 @@ def singularities(
 
 
 def _same_poses(solver: Solver, result: xr.Dataset, good: BoolArray, q: FloatArray) -> BoolArray:
-    """Which samples the solver's own plan finds where they are: others were solved by another
-    chart, of which nothing is known here.
+    """Which samples the solver's own plan reproduces. The others were solved on another chart, of
+    which nothing is known here.
     """
     graph, plan = solver.plan.graph, solver.plan
     names = [n for n in result["coordinate"].values.tolist() if n not in graph.cones]

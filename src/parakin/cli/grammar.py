@@ -167,7 +167,7 @@ def _add_export(commands: _Commands) -> None:
         help="model.xml (MuJoCo), model.urdf (with model.loops.yaml) or kernel.c (with kernel.h "
         "and kernel_test.c)",
     )
-    _add_driven(export, "what the C code solves for")
+    _add_driven(export, "driven coordinates, the input of the C code")
 
 
 def _add_motion(command: argparse.ArgumentParser) -> None:

@@ -19,7 +19,7 @@ WIDE = 1000  # columns; rows of numbers are never folded
 
 @contextmanager
 def flushed_stdout() -> Iterator[None]:
-    """Flushes stdout at the end. Raises InputError if it takes no more."""
+    """Flush stdout at the end. Raises InputError if it cannot be written to."""
     try:
         try:
             yield
@@ -37,7 +37,7 @@ def flushed_stdout() -> Iterator[None]:
 
 
 def console(*, stderr: bool = False, width: int | None = None) -> Console:
-    """A console that obeys NO_COLOR, `width` columns wide, the terminal's if not given."""
+    """A console that obeys NO_COLOR, `width` columns wide, by default as the terminal."""
     from rich.console import Console
 
     if not stderr and isinstance(sys.stdout, io.TextIOWrapper):
@@ -53,7 +53,7 @@ def console(*, stderr: bool = False, width: int | None = None) -> Console:
 
 
 def say(what: RenderableType) -> None:
-    """Print on stdout, text as it is. Raises InputError if stdout takes no more."""
+    """Print on stdout, strings without markup. Raises InputError if it cannot be written to."""
     from rich.text import Text
 
     with flushed_stdout():

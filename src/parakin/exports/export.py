@@ -40,7 +40,7 @@ def export(mechanism: Mechanism, path: Path, driven: Sequence[str] | None = None
     suffix = path.suffix.lower()
     if driven is not None and suffix != ".c":
         raise InputError(
-            "--driven", f"a choice for {suffix}", "one for .c; models can be solved for any"
+            "--driven", f"an export to {suffix}", "one to .c; a model leaves open what is driven"
         )
     texts: tuple[str, ...]
     if suffix == ".c":

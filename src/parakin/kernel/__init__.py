@@ -1,6 +1,6 @@
 """One pose: a plan traced into position, rates and checks, and run as machine code or on NumPy.
 
 `pose` computes it, on any scalar, with rates and accelerations from `connectivity` (eq. 10); `rows`
-says which row of the output holds what. Only `backends` knows heyoka. Knows no time, and not how a
-pose came about.
+says which row of the output holds what. Only `backends` knows heyoka. Knows no time, nor what a
+pose is part of.
 """

@@ -1,8 +1,8 @@
 """Machine code: the kernel traced once into expressions and compiled by heyoka.
 
-The only module that knows heyoka, which builds on Linux have as a wheel and others get from
-conda-forge. Without it the same kernel runs on NumPy arrays, some hundred times slower.
-Arithmetic is IEEE-strict either way, so that a NaN stays one.
+The only module that knows heyoka, which is a wheel on Linux and a conda-forge package elsewhere.
+Without it the same kernel runs on NumPy arrays, about a hundred times slower. Arithmetic is
+IEEE-strict either way, so a NaN stays a NaN.
 """
 
 from __future__ import annotations

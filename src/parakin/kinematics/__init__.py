@@ -1,7 +1,9 @@
-"""Recursion along the circuits (eqs. 1, 8 and 9 of the paper), loop closure, and assembly.
+"""The paper's recursion along the circuits (eqs. 1 and 7 to 9), loop closure, and assembly.
 
-Equation numbers are given beside the code; the conditions of connectivity (eq. 10), which follow
-the blocks of a plan, are in `kernel`. Knows a joint graph and a set of coordinates; does not know
-what is driven, nor how it will be solved. Wrenches, friction and virtual powers belong in a package
-of their own, `mechanics`, next to this one.
+`recursion` goes from body to body, `loops` has the ends of each loop, `closure` the rows that
+vanish when it is closed; `readings` reads off the other coordinates. `configuration` is a mechanism
+at one moment, `free_motions` what its loops allow there, `assembly` closes it. The conditions of
+connectivity (eq. 10), which follow the blocks of a plan, are in `kernel`. Knows a joint graph and
+its coordinates, but not what is driven, nor how it will be solved. Wrenches, friction and virtual
+powers belong in a package of their own, `mechanics`, between this one and `planning`.
 """

@@ -133,7 +133,7 @@ def home_of(graph: Graph, tree: Tree) -> Configuration:
     if opposed:
         raise AssemblyError(
             f"{graph.mechanism.where}: joint {graph.joints[opposed[0]].name} closes with its axes "
-            "opposed; turn the axis on one of its bodies round, or mend the guess"
+            "opposed; reverse the axis on one of its bodies, or correct the guess"
         )
     return at
 

@@ -1,9 +1,10 @@
 """The paper's recursion: from body to body along a circuit, poses, then velocities, accelerations.
 
 Each function here is one step, from a body whose motion is known across one joint to the next
-(eqs. 1, 8 and 9 and their derivatives), in base components. Written once, it serves floats,
-NumPy arrays and expressions to be compiled. A joint walked against its direction is the same
-step with its frames exchanged, its pairs reversed and its coordinates negated.
+(positions by eqs. 1, 7 and 8, velocities by eq. 9, accelerations by its derivative), in base
+components. Written once, it serves floats, NumPy arrays and expressions to be compiled. A joint
+passed against its direction is the same step with its frames exchanged, its pairs reversed and its
+coordinates negated.
 """
 
 from __future__ import annotations
@@ -99,7 +100,7 @@ def _order(joint: GraphJoint, reverse: bool) -> list[tuple[int, Pair]]:
 def step_pose(
     X_WP: Pose, joint: GraphJoint, reverse: bool, turns: Mapping[int, Turn]
 ) -> tuple[Pose, dict[int, Axis]]:
-    """X_WB of the body across `joint` from P (eq. 1), and the joint's axes on the way."""
+    """X_WB of the body across `joint` from P (eqs. 1, 7 and 8), and the joint's axes on the way."""
     X_PF, X_BM = (joint.M, joint.F) if reverse else (joint.F, joint.M)
     R: Matrix
     p: Vector
@@ -133,7 +134,7 @@ def step_twist(
     axes: Mapping[int, Axis],
     rates: Mapping[int, Scalar],
 ) -> Twist:
-    """V_WB across a joint from P: each pair adds its own rate along its axis (eqs. 8 and 9)."""
+    """V_WB across a joint from P: each pair adds its own rate along its axis (eq. 9)."""
     sign = -1.0 if reverse else 1.0
     (w, v), at = V_WP, p_WP
     for k, pair in _order(joint, reverse):

@@ -129,7 +129,7 @@ class Joint(Table):
 
 class BodyMesh(Table):
     """A body's shape from a file of triangles, placed on the body: its coordinates times `scale`
-    are metres. It is only named here; whoever shows it decides whether to read the file.
+    are metres. Only its name is kept here; whoever shows the body decides whether to read it.
     Raises InputError.
     """
 
@@ -166,11 +166,13 @@ class Platform(Table):
 class Mechanism(Table):
     """Bodies, joints and parameters, frozen.
 
-    home: coordinates fixed at assembly. stated: values that the source gives for home; assembly
-    starts from them, and the report says how far off they were. guess: rough starting values.
-    All three are in metres and radians. from_home: coordinates that are counted from home. up:
-    the base's axis that points up in pictures. origin: the file it was read from, for messages.
-    Raises InputError on names that do not exist, duplicates and disconnected bodies.
+    home: coordinates held at these values at assembly. stated: values that the source gives for
+    home; assembly starts from them, and `parakin check` says how far off they are. guess: rough
+    starting values. Each value is a number (metres, radians), a quantity ("20 mm") or an
+    expression. from_home: coordinates that are counted from home. base: the fixed body's name. up:
+    the base's axis that points up in pictures. source, notes: text, printed by `parakin check` and
+    reports. origin: the file it was read from, for messages. Raises InputError on names that do not
+    exist, duplicates and disconnected bodies.
     """
 
     set_by_reader = frozenset({"origin"})

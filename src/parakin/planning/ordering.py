@@ -76,7 +76,7 @@ def plan_of(
         best = _cheapest(graph, best, in_tree, driven, affine, [home, *samples])
     tree, blocks, dependence = best
     wide: list[Configuration] = []
-    if any(joint.kind == "helical" for joint in graph.joints):  # what serves has to after turns too
+    if any(joint.kind == "helical" for joint in graph.joints):  # rows must serve after turns too
         wide = neighbours(graph, graph.posed_tree(), home, 6, size=4.0, seed=2)
     blocks = choose_closed_forms(graph, tree, blocks, dependence, [*samples, *wide, home])
     here = configure(graph, tree, home.q)

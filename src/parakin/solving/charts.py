@@ -33,10 +33,10 @@ from parakin.planning.plan import Plan
 from parakin.solving.bodies import Figures, Points
 from parakin.solving.status import Layout, Triple, Watched
 
-_STEPS = 3  # Newton steps per run of a kernel: round-off from one or two hundredths away
-_LOOSE = 10.0  # over this: how firmly a home is held that is as good as any
-LANES = 8  # or a divisor of it: columns that machine code works out together
-_SPREAD = 8192  # batches smaller than this are not worth a second core
+_STEPS = 3  # Newton steps per run of a kernel: they reach round-off from 0.01 or 0.02 away
+_LOOSE = 10.0  # a home held more firmly than one over this costs no digits
+LANES = 8  # columns that machine code computes together: this many, or a divisor
+_SPREAD = 8192  # columns; smaller batches are not worth a second core
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,23 +39,23 @@ def compile(
 ) -> Solver:
     """Compile a mechanism for a choice of driven coordinates.
 
-    mechanism: or its name in the catalogue, or its file.
-    driven: one name or more, as many as its mobility; the mechanism's own choice if not given.
+    mechanism: a `Mechanism`, a name in the catalogue, or a file.
+    driven: a name, or as many as the mobility; the mechanism's own choice by default.
     coordinates: which to report. By default those of a spanning tree and the platform's pose;
     "all" adds those of the joints outside the tree and the cone angles of spherical joints. Where
-    iterated ones are left out, a guess has to be a `Tick`, which carries them.
-    derivatives: 0 to 3 of them; the third is the jerk.
+    iterated ones are left out, a guess must be a `Tick`, which contains them.
+    derivatives: how many, 0 to 3; the third is the jerk.
     checks: False leaves out residual and conditioning; only NaN is then flagged. A solver that
     iterates needs them and keeps them.
     cut: joints to leave out of the spanning tree that is solved; by default those that make the
-    smallest systems. It changes the speed and not the result.
-    near: another assembly mode: its coordinates, as a `Mode` has them, or its name as
-    `parakin.modes` and `parakin modes` have it. The solver's home is the closed configuration
-    nearest to it, and its branch the one followed.
-    machine_code: False runs on NumPy arrays; None takes machine code where heyoka is installed.
+    smallest systems. Affects the speed, not the result.
+    near: another assembly mode: its coordinates, as in a `Mode`, or its name, as found by
+    `parakin.modes`. The solver's home is the closed configuration nearest to it, and motions stay
+    on its branch.
+    machine_code: False runs on NumPy arrays; None uses machine code if heyoka is installed.
     parameters: overrides by name.
-    A solver can be pickled: it goes as what it was compiled from, and is compiled again where it
-    arrives, once a process.
+    A pickled solver contains only what it was compiled from; it is compiled again when it is
+    unpickled, once in each process.
     Raises InputError, AssemblyError, DrivenError.
     """
     mechanism = loaded(mechanism, parameters)
@@ -88,7 +88,7 @@ def compile(
 
 
 def _outputs(plan: Plan, chosen: Sequence[int | str], derivatives: int, *, checks: bool) -> Outputs:
-    """The coordinates asked for and, after them, what else is watched along a motion."""
+    """The coordinates to report and, after them, whatever else is watched along a motion."""
     solved = plan.unknowns if checks and derivatives > 1 else plan.iterated
     hidden = also_known(plan, chosen, solved) if checks else []
     return Outputs((*chosen, *hidden), derivatives, checks)
@@ -96,7 +96,7 @@ def _outputs(plan: Plan, chosen: Sequence[int | str], derivatives: int, *, check
 
 @functools.lru_cache(maxsize=16)
 def _arrived(recipe: bytes) -> Solver:
-    """A solver that was sent to this process, compiled the first time that it comes."""
+    """A solver sent to this process, compiled the first time it arrives."""
     return compile(**pickle.loads(recipe))
 
 

@@ -13,8 +13,8 @@ _BESIDE = 1e-3  # rad: how near to where angles lock no iteration begins
 _NEAR = 0.2  # rad: from how near Newton's steps may meet a lock
 
 Locks = tuple[tuple[int, float], ...]
-"""Of joints whose three angles are iterated, the row of the second among those found, and where it
-locks, but for half turns.
+"""For each joint whose three angles are iterated: the row of the second angle among the iterated
+coordinates, and the value at which it locks, but for half turns.
 """
 
 
@@ -37,8 +37,8 @@ def near_lock(locks: Locks, found: FloatArray) -> BoolArray:
 
 
 def off_the_lock(locks: Locks, found: FloatArray) -> FloatArray:
-    """Iterated coordinates (m,) or (m, n), a little to the side of where three angles lock:
-    Newton's steps find back from there, and lead nowhere from the lock itself.
+    """Iterated coordinates (m,) or (m, n), moved a little to the side where three angles lock:
+    Newton's steps find their way from there, but not from the lock itself.
     """
     for row, lock in locks:
         angle = found[row]
@@ -56,8 +56,8 @@ def off_the_lock(locks: Locks, found: FloatArray) -> FloatArray:
 def try_again(
     chart: Chart, locks: Locks, out: FloatArray, inputs: FloatArray, start: FloatArray
 ) -> None:
-    """Where Newton's steps came from near a lock to no number they may have met it exactly, and
-    begun a little further off will not.
+    """Solve again what became NaN although it began near a lock: Newton's steps may have met the
+    lock exactly, and will not if they begin a little farther off.
     """
     residual = chart.outputs.residual
     if not np.isnan(out[residual]).any():

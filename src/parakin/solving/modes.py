@@ -45,7 +45,7 @@ _LOCKED = 1e-6  # cosine of the second of three angles: the others are not well 
 @dataclass(frozen=True)
 class Mode:
     """One assembly mode: its name ("home" for that of home), all coordinates, the conditioning, how
-    often it was found, in how many ways passive joints may stand, and the limits it breaks.
+    often it was found, in how many variants of passive joints, and which limits it exceeds.
     """
 
     name: str
@@ -58,10 +58,11 @@ class Mode:
 
 @dataclass(frozen=True)
 class Search:
-    """What `modes` found: the modes, nearest home first, the names of the coordinates that tell
-    them apart, how many starts closed, and the Good-Turing estimate of how likely one more
-    start that closes would find something new. `singular` counts closed starts left out: there
-    the driven coordinates do not determine the rest, and assemblies may form a continuum.
+    """What `modes` found: the modes, nearest home first; the names of the coordinates that tell
+    them apart; how many starts there were and how many closed; and `unseen`, the Good-Turing
+    estimate of how likely one more start that closes is to find something new. `singular` counts
+    closed starts left out: there the driven coordinates do not determine the rest, and assemblies
+    may form a continuum.
     """
 
     modes: tuple[Mode, ...]
@@ -83,12 +84,11 @@ class Search:
 
 
 def modes(solver: Solver, values: Mapping[str, float] | None = None, starts: int = 8192) -> Search:
-    """The real assemblies for driven values (home's where not given), by many random starts.
+    """The assembly modes for driven values (home's by default), searched for from random starts.
 
-    With the platform driven these are the working modes, with the actuators driven the assembly
-    modes. A search, not a proof: `unseen` of the answer says how sure it is. A solver that starts
-    from another mode: `compile(..., near=mode.coordinates)`.
-    Raises InputError on names that are not driven.
+    With the platform driven these are the working modes. It is a search, not a proof: the result's
+    `unseen` estimates how likely one more is. `compile(..., near=mode.coordinates)` makes a solver
+    that starts from another mode. Raises InputError on names that are not driven.
     """
     for name in values or {}:
         if name not in solver.driven:

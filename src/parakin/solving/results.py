@@ -118,8 +118,8 @@ def dataset(
 
 
 def history(ds: xr.Dataset, coordinate: str) -> xr.Dataset:
-    """One coordinate of a result over time, labelled with its own unit, for `.plot()`: in a
-    result, lengths and angles share an array, and so "m or rad".
+    """One coordinate of a result over time, labelled with its own unit, for `.plot()`. (In the
+    result itself lengths and angles share an array, with the unit "m or rad".)
 
     Raises InputError on a coordinate that is not in the result.
     """

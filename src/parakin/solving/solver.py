@@ -1,7 +1,7 @@
 """The solver: a mechanism compiled for a choice of driven coordinates.
 
-It never changes once made. `at` answers one pose for a control loop, or a batch of them, as bare
-arrays; `solve` a motion, as a labelled Dataset; `stream` a motion of any length, window by window.
+It never changes once made. `at` solves one pose for a control loop, or a batch, into plain arrays;
+`solve` a motion, into a labelled Dataset; `stream` a motion of any length, window by window.
 """
 
 from __future__ import annotations
@@ -41,11 +41,11 @@ if TYPE_CHECKING:
 
 
 class Solver:
-    """A compiled mechanism; made by `parakin.compile`, and sent to other processes by pickling.
+    """A compiled mechanism, made by `parakin.compile`. It can be pickled.
 
-    `driven`, `coordinates`: names, in the order of rows. `derivatives`: how many. `home`:
-    position of every coordinate and cone angle at home, by name [m, rad]. `iterated`: coordinates
-    that are found by iteration and not in closed form, reported or not.
+    `driven`, `coordinates`: names, in the order of rows. `derivatives`: how many are computed.
+    `home`: position of every coordinate and cone angle at home, by name [m, rad]. `iterated`:
+    coordinates found by iteration and not in closed form, reported or not.
     """
 
     def __init__(
@@ -105,21 +105,22 @@ class Solver:
         within: float | None = None,
         parallel: bool = False,
     ) -> Tick:
-        """One pose, or a batch of unrelated ones, each answered as if it were alone.
+        """Solve one pose, or a batch of unrelated ones, each as if it were alone.
 
         y, yd, ydd, yddd: driven positions, velocities, accelerations and jerks, (k,) or (k, n),
-        SI; zero where not given. guess: an earlier `Tick`, or positions as it has them, rows
-        `coordinates`, one column for all or one each; angles come out within half a turn of it,
-        and coordinates that are iterated start from it. Without a guess, angles come out within
-        half a turn of home, on home's branch where all has a closed form; where a solver iterates
-        the whole batch walks from home, each pose straight and in its own steps, to the assembly
-        that a slow hand would reach so, or to a flag. within: how far from the guess an iterated
-        coordinate may come out [m or rad]; what lies further off is flagged as a branch change.
+        SI; rates are zero by default.
+        guess: an earlier `Tick`, or positions in rows like `coordinates`, one column for all poses
+        or one each. Iterated coordinates start from it, and angles are returned within half a turn
+        of it. Without a guess, angles are returned within half a turn of home. A solver with closed
+        forms alone then stays on home's branch; one that iterates walks straight from home to each
+        pose, in small steps, and returns the assembly that it reaches, or a flag.
+        within: how far from the guess an iterated coordinate may be [m or rad]; anything farther
+        is flagged as a branch change.
         parallel: use all cores.
-        Samples that fail have a status other than CONVERGED and NaN throughout (or in the angles
-        alone, where it is only three of them that are not defined). So have those with a number in
-        y, rates or guess that is none, or a guess of an angle so large that its turns have lost
-        their digits. Raises InputError on arrays of the wrong shape.
+        A pose that is not solved has a status that says why and NaN throughout; where only angles
+        are undefined, only they are NaN. Poses with NaN or infinity in y, rates or guess are
+        flagged too, and so are those with a guess of an angle beyond a million turns. Raises
+        InputError on arrays of the wrong shape.
         """
         inputs = stacked(len(self.driven), self.derivatives, y, (yd, ydd, yddd))
         start = None if guess is None else self._guesses.start_of(guess, inputs.shape[1:])
@@ -172,7 +173,7 @@ class Solver:
     def _iterate(
         self, inputs: FloatArray, guess: FloatArray | None
     ) -> tuple[FloatArray, StatusArray | int]:
-        """Outputs, and where there is no guess what became of the walk from home."""
+        """Outputs and, where there is no guess, the status of the walk from home."""
         guess = None if guess is None else off_the_lock(self._locks, guess)
         if inputs.ndim == 1 and guess is not None:
             alone = self._chart.alone(inputs, guess)
@@ -194,10 +195,10 @@ class Solver:
         return out, 0 if walked is None else walked
 
     def poses(self, y: ArrayLike, tick: Tick) -> tuple[FloatArray, FloatArray]:
-        """Where every body stands at a pose that `at` gave for `y`, (k,).
+        """The pose of every body, given driven values `y`, (k,), and what `at` returned for them.
 
-        Position of its origin [m], (bodies, 3), and orientation, a quaternion wxyz, (bodies, 4):
-        rows are the bodies of the file but the base, as in what `solve` gives with `bodies=True`.
+        Positions of origins [m], (bodies, 3), and orientations, quaternions wxyz, (bodies, 4). The
+        rows are the file's bodies without the base, as in the result of `solve(bodies=True)`.
         """
         zero = np.zeros((len(self.driven), 1))
         place = np.asarray(y, dtype=float)[:, None]
@@ -218,7 +219,7 @@ class Solver:
     ) -> Motion:
         """One of the mechanism's own motions by name, or one from a TOML or CSV file.
 
-        rate: samples per second, where laws give the motion. smoothing: standard deviation of the
+        rate: samples per second, if laws give the motion. smoothing: standard deviation of the
         noise in recorded positions, SI. max_gap: longest step allowed in recorded data [s].
         Raises InputError.
         """
@@ -232,13 +233,14 @@ class Solver:
         bodies: bool | Sequence[str] = False,
         parallel: bool = False,
     ) -> xr.Dataset:
-        """The whole motion, from home along the branch of home.
+        """Solve a whole motion, from home along home's branch.
 
-        motion: one whose coordinates are the driven ones, or what `motion` takes. bodies: True
-        adds position, orientation, velocities and accelerations of every body at its own origin;
-        a list names bodies or points on them ("platform.B4"). parallel: use all cores.
-        Samples after the first that fails are NaN and flagged `not reached`; a limit exceeded is
-        flagged and its values kept. Raises InputError where the motion's coordinates are others.
+        motion: a `Motion` of the driven coordinates, or a name or file as for `motion`. bodies:
+        True adds position, orientation, velocities and accelerations of every body at its own
+        origin; a list names bodies or points on them ("platform.B4"). parallel: use all cores.
+        Where the motion cannot go on, the first sample after says why, and later ones are flagged
+        `not reached`; all these are NaN. A sample beyond a limit is flagged and keeps its values.
+        Raises InputError if the motion is not one of the driven coordinates.
         """
         motion = motion if isinstance(motion, Motion) else self.motion(motion)
         (result,) = self.stream(motion, max(motion.count, 1), bodies=bodies, parallel=parallel)
@@ -252,7 +254,9 @@ class Solver:
         bodies: bool | Sequence[str] = False,
         parallel: bool = False,
     ) -> Iterator[xr.Dataset]:
-        """As `solve`, in windows of at most `size` samples, so that any length fits in memory."""
+        """Solve as `solve` does, but in windows of at most `size` samples, each a Dataset, so that
+        a motion of any length fits in memory.
+        """
         motion = self._driving(motion)
         points = points_of(self.graph, bodies)
         course = Course(motion)
@@ -281,8 +285,9 @@ class Solver:
     def schema(
         self, motion: Motion | str | Path, *, bodies: bool | Sequence[str] = False
     ) -> xr.Dataset:
-        """What `solve` gives for a motion, with NaN for every value and nothing solved: its
-        variables, coordinates, types and attributes. Raises InputError, as `solve` does.
+        """The Dataset that `solve` would return for a motion, with the same variables, coordinates,
+        types and attributes, but NaN for every value: nothing is solved. Raises InputError, as
+        `solve` does.
         """
         motion = self._driving(motion if isinstance(motion, Motion) else self.motion(motion))
         points, n = points_of(self.graph, bodies), motion.count
@@ -296,7 +301,9 @@ class Solver:
         """The motion, its rows in the order of the driven coordinates, if it can be solved."""
         if self.derivatives < 2 or not self._outputs.checks:
             raise InputError(
-                "solver", "one compiled without accelerations or checks", "a full one; or use `at`"
+                "solver",
+                "one compiled without accelerations or checks",
+                "one with derivatives=2 and checks=True; or use `at`",
             )
         if set(motion.coordinates) != set(self.driven):
             raise InputError(

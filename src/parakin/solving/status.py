@@ -12,8 +12,8 @@ from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
 from parakin.kernel.outputs import Outputs
 
 RESIDUAL = 1e-12  # of what is subtracted where loops close: what counts as closed
-# Cosines of the second of three angles below which the first and last are undefined, nor their
-# first, second and third derivatives, each of which magnifies rounding once more.
+# Cosines of the second of three angles. Below the first the other two angles are undefined; below
+# the rest so are their first, second and third derivatives, each of which magnifies rounding more.
 LOCKED = (1e-8, 1e-5, 3e-4, 2e-3)
 _UPRIGHT = 1.5  # rad: within that of zero no cosine is small
 TURNS = 1e6  # of an angle: beyond, it is known to less than 1e-9 rad
@@ -21,8 +21,10 @@ SINGULAR = 1e-6  # conditioning below this leaves no digits to trust in accelera
 
 
 class Status(enum.IntEnum):
-    """What became of a sample. What is not solved comes with NaN, solved are CONVERGED,
-    LIMIT_EXCEEDED and ANGLES_UNDEFINED, the last with NaN in those angles alone.
+    """Whether a sample was solved, and if not, why.
+
+    CONVERGED, LIMIT_EXCEEDED and ANGLES_UNDEFINED are solved, the last with NaN in the undefined
+    angles alone. Samples of any other status are NaN throughout.
     """
 
     CONVERGED = 0

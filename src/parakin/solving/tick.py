@@ -1,4 +1,4 @@
-"""What `at` answers."""
+"""Ticks: what `Solver.at` returns, one pose or a batch."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Tick(NamedTuple):
     iterated coordinates, if `position` does not contain them: a next call needs them to start from
     here. `units`: "m" or "rad" for each coordinate.
 
-    Not a Dataset because a control loop cannot wait for one.
+    Not a Dataset, because building one would take too long in a control loop.
     """
 
     position: FloatArray
@@ -34,8 +34,8 @@ class Tick(NamedTuple):
     units: tuple[str, ...]
 
     def value(self, coordinate: str, quantity: str = "position") -> float | FloatArray:
-        """A coordinate's position, velocity, acceleration or jerk, a number or, of a batch, an
-        array (n,). Raises InputError on other names, and on what the solver was not compiled for.
+        """A coordinate's position, velocity, acceleration or jerk: a number or, for a batch, an
+        array (n,). Raises InputError on unknown names, and on derivatives that were not compiled.
         """
         known = dict(self._known())
         if quantity not in known:

@@ -1,6 +1,6 @@
-"""Along a motion from home, on the branch that a slow hand would follow, and no further.
+"""A motion followed from home on its branch, as far as one that went slowly would get.
 
-The motion is walked in its own steps (`parakin.motion.course`), by the rule of
+It is followed in its own steps (`parakin.motion.course`), by the rule of
 `parakin.solving.continuity`, from chart to chart where a plan no longer serves. The samples asked
 for lie on that walk and are held to the same rule. So neither the number of samples nor windows nor
 threads change the answer.

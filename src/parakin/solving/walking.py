@@ -46,9 +46,9 @@ def iterate(
 ) -> FloatArray:
     """A batch from guesses, repeated while that may help.
 
-    driven (orders k, n): positions and derivatives; guess (m, n). What does not close at once has
-    been thrown far, and the last digit may decide where to; machine code rounds by what else is in
-    a vector. So it begins anew with a vector to itself.
+    driven (orders k, n): positions and derivatives; guess (m, n). A column that does not close at
+    once has been thrown far, and its last digit may decide where to; and the rounding of machine
+    code depends on what else is in a vector. So such a column starts again in a vector of its own.
     """
     layout = chart.layout
     inputs = np.ascontiguousarray(np.concatenate([driven, guess]))
@@ -72,8 +72,8 @@ def iterate(
 
 
 def _hopeful(out: FloatArray, layout: Layout) -> BoolArray:
-    """Whether another step may help: the iteration is finite, and it moves while what follows
-    from it is still out of reach.
+    """Whether another step may help: the iteration is finite and, where what follows from it is
+    out of reach, still moving.
     """
     finite = np.isfinite(out[layout.iterated[0]]).all(axis=0)
     settled = np.isnan(out[layout.outputs.residual]) & ~(out[layout.outputs.step] > 1e-10)
@@ -93,9 +93,10 @@ def carried_over(chart: Chart, driven: FloatArray, before: Configuration) -> Flo
 def conditioning_beside(
     chart: Chart, other: Chart, driven: FloatArray, found: FloatArray, units: FloatArray
 ) -> float:
-    """What a chart says a little to the side of a pose (k driven in `units`, orders (orders, k, 1))
-    where it is singular and another is not, which has `found` it: on which branch that is. NaN if
-    the two nowhere stand the same.
+    """The conditioning of a chart a little to the side of a pose where it is singular and another,
+    which has `found` it, is not: its sign tells the branch. NaN if they agree nowhere beside it.
+
+    driven (orders, k, 1); units: of the k driven coordinates.
     """
     best = np.nan
     for row, way in itertools.product(range(driven.shape[1]), (_TO_THE_SIDE, -_TO_THE_SIDE)):

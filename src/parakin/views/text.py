@@ -135,7 +135,7 @@ def _driving(driven: Sequence[str], found: Mobility) -> list[Text]:
 def _nearby(found: Mobility) -> str:
     values = sorted(set(found.nearby))
     if not values:
-        return "which no other closed configuration near home could confirm"
+        return "unconfirmed, as no other closed configuration was found near it"
     what = " or ".join(str(value) for value in values)
     return f"{what} at {len(found.nearby)} closed configurations around it"
 
@@ -166,8 +166,8 @@ def _home_notes(graph: Graph, home: FloatArray) -> list[Text]:
     if strays:
         notes.append(
             Text(
-                f"  far from the guess, or on its other side: {', '.join(strays)}. Another "
-                "assembly may have been meant (`parakin modes` lists them)",
+                f"  far from the guess, or of opposite sign: {', '.join(strays)}. Perhaps another "
+                "assembly mode was meant (`parakin modes` lists them)",
                 style="bold yellow",
             )
         )

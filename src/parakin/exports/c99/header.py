@@ -69,7 +69,7 @@ enum {{
 enum {{
     {macro}_DRIVEN = {len(solver.driven)},
     {macro}_COORDINATES = {len(solver.coordinates)},
-    {macro}_ITERATIONS = {iterations} /* Newton steps a call; none where there is a closed form */
+    {macro}_ITERATIONS = {iterations} /* Newton steps per call; 0 if all has a closed form */
 }};
 
 enum {{
@@ -108,11 +108,12 @@ void {name}_home({name}_state *state);
 
 /* Solve one pose.
  * y, yd, ydd: driven positions, velocities and accelerations.
- * state: the pose before, from which angles are counted on and iteration starts; then this one.
- * Returns a status. Of {macro}_ANGLES_UNDEFINED, the three angles alone stay those of the pose
- * before, at rest. Of any other but {macro}_CONVERGED and {macro}_LIMIT_EXCEEDED, position,
- * velocity and acceleration stay those of the pose before; residual and conditioning tell what
- * was met.
- * Numbers that are none, in y, yd, ydd or state, are {macro}_OUT_OF_REACH. */
+ * state: on entry the previous pose, from which angles are counted and iteration starts; on
+ * return the new one.
+ * Returns a status. With {macro}_CONVERGED and {macro}_LIMIT_EXCEEDED all of state is new. With
+ * {macro}_ANGLES_UNDEFINED only the undefined angles keep their previous values, with rates of
+ * zero. With any other, position, velocity and acceleration keep their previous values; residual
+ * and conditioning are those found on the attempt.
+ * NaN or infinity in y, yd, ydd or state gives {macro}_OUT_OF_REACH. */
 int {name}_solve(const double *y, const double *yd, const double *ydd, {name}_state *state);
 """

@@ -1,4 +1,4 @@
-"""Names and comments in C for a mechanism's own."""
+"""Names and comments in C, made from a mechanism's."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from parakin.version import __version__
 
-MADE_BY = f"Made by parakin {__version__}: change the mechanism rather than this."
+MADE_BY = f"Made by parakin {__version__}. Do not edit; export the mechanism again instead."
 
 
 def identifier(text: str) -> str:
