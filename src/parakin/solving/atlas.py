@@ -85,7 +85,7 @@ class Atlas:
     def figures(
         self, points: Points, pieces: Sequence[Piece], samples: Samples, parallel: bool
     ) -> FloatArray:
-        """`outputs.POINT` figures a point, (rows, n)."""
+        """`POINT` figures a point, (rows, n)."""
         figures = np.full((POINT * len(points), len(samples.time)), np.nan)
         for start, stop, chart, found in pieces:
             inside, guess = samples.cropped(start, stop), found[chart.layout.iterated[0]]

@@ -54,7 +54,7 @@ class Figures:
         return cls(points, kernel, outputs.count)
 
     def at(self, samples: Samples, found: FloatArray, parallel: bool) -> FloatArray:
-        """`outputs.POINT` figures a point, (rows, n); `found` are the iterated coordinates (m, n)."""
+        """`POINT` figures a point, (rows, n); `found` are the iterated coordinates (m, n)."""
         driven = (samples.position, samples.velocity, samples.acceleration)
         figures = np.empty((self.rows, len(samples.time)))
         self.kernel(np.concatenate([*driven, found]), figures, parallel)

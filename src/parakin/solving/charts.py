@@ -105,7 +105,7 @@ class Chart:
     def figures(
         self, points: Points, samples: Samples, found: FloatArray, parallel: bool
     ) -> FloatArray:
-        """`outputs.POINT` figures a point, (rows, n); `found` are the iterated coordinates (m, n)."""
+        """`POINT` figures a point, (rows, n); `found` are the iterated coordinates (m, n)."""
         key = tuple(points.items())
         if key not in self._figures:  # kept, since a kernel takes a while to compile
             self._figures[key] = Figures.of(self.plan, points, machine_code=self.machine_code)
