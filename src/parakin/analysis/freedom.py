@@ -88,7 +88,7 @@ def sets_of(solver: Solver) -> Sets:
 
 
 def _freest(solver: Solver, among: list[int], count: int) -> list[int]:
-    """As many coordinates as are driven that move most independently at home."""
+    """The `count` coordinates that move most independently at home."""
     graph, plan = solver.plan.graph, solver.plan
     at = configure(graph, plan.tree, plan.home)
     motions = free_motions(graph, plan.tree, at) / coordinate_scales(graph)[:, None]
@@ -116,7 +116,7 @@ class Freedom(NamedTuple):
 
     @property
     def description(self) -> str:
-        """As what a motion stops at."""
+        """In words, as what stops a motion."""
         if self.kind == "angles":
             return self.words
         kind = {"driven": "", "passive": "passive-joint "}.get(self.kind, f"{self.kind} ")
@@ -141,8 +141,8 @@ def freedom_at(solver: Solver, q: FloatArray) -> Freedom:
 def freedom(solver: Solver, sets: Sets | None, q: FloatArray, rank: int, best: float) -> Freedom:
     """What moves most easily at a pose, and the kind of singularity that makes.
 
-    rank, best: the rank of all closure rows where nothing is singular, and the ratio there of the
-    least singular value in it to the largest.
+    rank: of all closure rows where nothing is singular. best: there, the least of that many
+    singular values over the largest.
     """
     graph, plan = solver.plan.graph, solver.plan
     if graph.platform is not None and abs(_spread(graph, q)) < LOST:

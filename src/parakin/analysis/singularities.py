@@ -201,7 +201,7 @@ class _Path:
         return found, q
 
     def conditioning(self, i: int, time: float) -> float:
-        """That of what is solved, NaN out of reach."""
+        """The conditioning of what is solved; NaN out of reach."""
         plan = self.solver.plan
         outputs = Outputs((), derivatives=0)
         out = np.empty((outputs.count, 1))
@@ -224,7 +224,7 @@ def _figures(rates: FloatArray, sets: Sets) -> tuple[FloatArray, FloatArray, Flo
 
 
 def _wide(low: float, high: float) -> bool:
-    """Whether an interval is wider than times need to be known, or can be."""
+    """Whether an interval is wider than the accuracy that times need, or can have."""
     return high - low > max(_LOCATED, 4 * float(np.spacing(abs(high))))
 
 
@@ -283,7 +283,7 @@ def _ending(path: _Path, sets: Sets, i: int, rank: int, best: float) -> list[Cro
         time = _bisected(low, high, lambda t: bool(np.isfinite(path.conditioning(i, t))))
     elif figure[low] * figure[high] < 0:
         time = _bisected(low, high, lambda t: path.conditioning(i, t) * figure[low] > 0)
-    else:  # a closed form keeps its sign: its figure is a V, at the tip of which it goes astray
+    else:  # a closed form keeps its sign: its figure is a V, and at the tip its branch is lost
         tips = [_tip(path, j) for j in (i, i + 1) if j + 1 < len(path.time)]
         _, time, i = min(tips)
         low = float(path.time[i])

@@ -26,10 +26,10 @@ _NOTHING = 1e-14  # a home value this small is round-off of zero; exact zeros ma
 CLOSED = 1e-12  # of the characteristic length
 _SHAKES = (0.02, 0.1, *(0.3, 1.0, 3.0) * 16)  # of starts around a guess [rad]
 _TRIES = 3  # of these, as long as the loops do not close at all
-_STRAY = 1e-6  # a step further than this, from where loops are closed, chases round-off
+_STRAY = 1e-6  # a step longer than this from closed loops only follows round-off
 _WORK = 6000  # steps of closing times coordinates: some three seconds
 _RANK = 1e-8  # singular values below this part of the largest count as zero
-_NEARBY_STEPS = 60  # ten will do, if not at a singularity
+_NEARBY_STEPS = 60  # ten are enough, except at a singularity
 
 
 def close(
@@ -37,11 +37,11 @@ def close(
 ) -> tuple[Configuration, float]:
     """Close the loops from `start`, holding some coordinates: damped Gauss-Newton, least motion.
 
-    steps: at most so many, of large mechanisms fewer. Returns the configuration reached and the
+    steps: the most to take; fewer for large mechanisms. Returns the configuration reached and the
     norm of its scaled gaps, closed or not.
     """
     steps = min(steps, max(20, _WORK // max(1, len(graph.coordinates))))
-    with np.errstate(all="ignore"):  # dimensions beyond reason come out as not closed
+    with np.errstate(all="ignore"):  # absurd dimensions end as not closed
         return _closed(graph, tree, start, held, steps)
 
 
@@ -146,10 +146,10 @@ def _shaken(
     at: Configuration,
     norm: float,
 ) -> tuple[Configuration, float]:
-    """A better configuration from starts around the guess, if the one found is open or has axes
-    that point against each other. (A guess may be stationary, at right angles to what is wanted.)
+    """A better configuration from starts around the guess, if the one found is open or has opposed
+    axes. (A guess may be a stationary point, at right angles to what is wanted.)
 
-    Where loops are closed but for such axes, one of these loops at a time starts anew.
+    Where loops are closed but for opposed axes, one of these loops at a time starts again.
     """
     rng = np.random.default_rng(0)
     angles = np.array([c.angle for c in graph.coordinates])
@@ -175,7 +175,7 @@ def _shaken(
 
 
 def _opposed(tree: Tree, at: Configuration) -> list[int]:
-    """Cut joints whose rows vanish although axes of them point against each other."""
+    """Cut joints whose rows vanish although two of their axes point in opposite directions."""
     return [
         cut
         for cut in tree.cuts
@@ -198,7 +198,7 @@ def _starts(graph: Graph, start: FloatArray) -> list[FloatArray]:
 
 
 def _distance(graph: Graph, q: FloatArray, start: FloatArray) -> float:
-    """How far a configuration is from the guess; what is not given counts little."""
+    """How far a configuration is from the guess; coordinates without a guess count little."""
     given = {**graph.guess, **graph.stated, **graph.home}
     away = (q - start) / coordinate_scales(graph)
     total = 0.0

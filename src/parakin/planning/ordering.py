@@ -51,9 +51,9 @@ def plan_of(
 ) -> Plan:
     """Choose tree, rows and order for these driven coordinates.
 
-    cut: joints to leave out of the tree; without them the cheapest tree is looked for.
+    cut: joints to leave out of the tree; if none are given, the cheapest tree is searched for.
     own_home: the mechanism's own home, if `home` is another.
-    everywhere: take nothing for granted that holds on home's branch and may not on others.
+    everywhere: assume nothing that holds on home's branch but may not hold on others.
     Raises DrivenError where the driven coordinates do not determine the motion at home, or where
     no tree leaves out those joints and keeps the driven ones.
     """
@@ -70,7 +70,7 @@ def plan_of(
     affine = affine_in(graph, driven, idle, home, samples)
     given = {k: entry for k, entry in affine.items() if k in (*driven, *idle)}
     affine = given if everywhere else affine
-    # Rows are chosen at home; what they depend on holds around it too.
+    # Rows are chosen at home; what they depend on is found around it too.
     best = _analysed(graph, tree, driven, affine, [home, *samples])
     if not cut:
         best = _cheapest(graph, best, in_tree, driven, affine, [home, *samples])
@@ -83,7 +83,7 @@ def plan_of(
     signs = loop_signs(graph, tree)
     blocks = merge_paradoxical_loops(graph, tree, signs, blocks, here)
     blocks = [signed(graph, signs, block, here) for block in blocks]
-    # A rule of a joint that is cut would be checked by nothing: its coordinates are read off.
+    # Nothing would check a rule of a cut joint: its coordinates are read off instead.
     inside = set(graph.tree_coordinates(tree))
     affine = {k: rule for k, rule in affine.items() if k in inside or k in given}
     return Plan(
@@ -125,7 +125,7 @@ def _first_tree(graph: Graph, in_tree: set[int], cut: Sequence[int]) -> Tree:
 
 
 def with_twins(graph: Graph, at: Configuration, held: Sequence[int]) -> tuple[Graph, Configuration]:
-    """With a twin beside every joint whose three angles are nearly undefined, none of them held."""
+    """The graph with a twin for each joint whose three angles are nearly undefined and not held."""
     q = at.q
     for k, joint in enumerate(graph.joints):
         turns = joint.turns
@@ -143,8 +143,8 @@ def with_twins(graph: Graph, at: Configuration, held: Sequence[int]) -> tuple[Gr
 def _split_driven_joints(
     graph: Graph, driven: Sequence[int], home: Configuration
 ) -> tuple[Graph, Configuration]:
-    """Where joints with driven coordinates close a loop, none could be cut; but joints of several
-    freedoms, some of them passive, can be once they are split.
+    """Split joints so that one can be cut where joints with driven coordinates close a loop: those
+    of several freedoms, some of them passive.
     """
     while True:
         in_tree = {graph.coordinates[k].joint for k in driven}
@@ -189,7 +189,7 @@ def _improved(
     affine: Mapping[int, Affine],
     samples: Sequence[Configuration],
 ) -> Analysed:
-    """The tree made cheaper by exchanging one cut after the other, while that helps."""
+    """The tree, made cheaper by exchanging one cut after another as long as that helps."""
     improved = True
     while improved and _cost(best[1]) > sum(len(b.unknowns) for b in best[1]):
         improved = False
@@ -277,10 +277,10 @@ def _open_loop_dependence(
     at: Configuration,
     pattern: BoolArray,
 ) -> BoolArray:
-    """What rows depend on when their loops are open: blocks are solved while later ones still are.
+    """What rows depend on when loops are open, as later ones still are while a block is solved.
 
-    Coordinates are thrown about, one at a time and away from closure; a row whose value moves
-    depends on that coordinate, even where its derivative vanishes on the closed loop.
+    Coordinates are changed one at a time, away from closure. A row whose value changes depends on
+    that coordinate, even if its derivative vanishes on the closed loop.
     """
     rng = np.random.default_rng(7)
     q = at.q + _SPREAD * rng.uniform(0.3, 1.0, len(at.q)) * coordinate_scales(graph)

@@ -71,12 +71,12 @@ class Chart:
 
     @cached_property
     def lanes(self) -> int:
-        """How many columns are worked out together where it matters how they are rounded."""
+        """How many columns are computed together where their rounding matters."""
         return LANES if self.machine_code and self.plan.iterated else 1
 
     def _run_in_lanes(self, inputs: FloatArray, *, parallel: bool) -> FloatArray:
-        """Where Newton iterates from far off the last digit may decide where it ends. Machine code
-        rounds alike in all lanes of a vector, but not in what is left over: so nothing is.
+        """Run with columns filled up to whole vectors. Where Newton starts far off, the last digit
+        may decide where it ends, and machine code rounds columns left over differently.
         """
         columns = inputs[:, None] if inputs.ndim == 1 else inputs
         n = columns.shape[1]
@@ -96,8 +96,8 @@ class Chart:
 
     @cached_property
     def walker(self) -> Chart:
-        """What walks from home: the coordinates that are iterated and their rates alone. (Those of
-        closed forms keep to their roots.)
+        """The chart that walks from home, with only the iterated coordinates and their rates.
+        (Those with closed forms stay on their roots.)
         """
         outputs = Outputs(tuple(self.plan.iterated), derivatives=2)
         return Chart(self.plan, outputs, len(outputs.coordinates), self.machine_code)
@@ -144,8 +144,8 @@ class Chart:
 
     @cached_property
     def digits_factor(self) -> float:
-        """What conditioning is multiplied by to say how many digits are right: 1, or less
-        where home is nearly singular itself.
+        """A factor that makes conditioning tell how many digits are right: 1, or less if home
+        itself is nearly singular.
         """
         return min(1.0, _LOOSE * self._regularity_at_home)
 
@@ -253,8 +253,8 @@ def _triples(plan: Plan, outputs: Outputs, reported: int) -> Iterator[Triple]:
 
 
 def also_known(plan: Plan, chosen: Sequence[int | str], solved: Sequence[int]) -> list[int]:
-    """Coordinates that have to be known in addition to those chosen: what is `solved` for, and
-    second angles, which decide whether those of their joints are defined.
+    """Coordinates that must be known besides those chosen: those `solved` for, and the second of
+    three angles, which decides whether the others are defined.
     """
     found = [k for k in solved if k not in chosen]
     known = {*chosen, *found}

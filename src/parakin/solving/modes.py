@@ -26,7 +26,6 @@ from parakin.kinematics.configuration import circuits_at, configure, coordinate_
 from parakin.kinematics.free_motions import free_motions
 from parakin.kinematics.recursion import Circuits
 from parakin.model.graph import Graph
-from parakin.planning.forms import TwoRoots
 from parakin.planning.ordering import plan_of
 from parakin.planning.plan import Block, Plan
 from parakin.solving.descent import descent
@@ -36,7 +35,7 @@ from parakin.solving.status import SINGULAR
 _STEPS = 4  # and undamped ones after these
 _DRAWS = 12  # of signs, as long as loops stay open
 _FAR = 3.0  # characteristic lengths: how far from home starts lie
-_SAME = 1e-6  # what two findings may differ by, in radians and characteristic lengths
+_SAME = 1e-6  # radians and characteristic lengths: how much two copies of one assembly may differ
 _CLOSED = 1e-10
 _RESTS = 1e-9  # rates below this are none
 _LOCKED = 1e-6  # cosine of the second of three angles: the others are not well defined
@@ -74,7 +73,7 @@ class Search:
 
     @property
     def summary(self) -> str:
-        """How much was found, and how sure it is that this is all."""
+        """How much was found, and how likely it is that this is all."""
         odds = f"about {self.unseen:.1g}" if self.unseen else f"under {1 / max(self.closed, 1):.1g}"
         return (
             f"{len(self.modes)} distinct among {self.closed:,} assemblies found from "
@@ -154,7 +153,7 @@ def _assembled(
     rng: np.random.Generator,
     n: int,
 ) -> FloatArray:
-    """Outputs (rows, n) where as many random starts refine, the first being home's."""
+    """Outputs (rows, n) reached from that many random starts, the first of which is home."""
     graph, iterated = plan.graph, plan.iterated
     scales = coordinate_scales(graph)
     # A mirror image of home is as far away again as home is from what mirrors it.
@@ -232,8 +231,9 @@ def _with_sign(block: Block, sign: FloatArray | None) -> Block:
 
 
 def _either(block: Block, rng: np.random.Generator, n: int) -> FloatArray | None:
-    """Both signs of a closed form's root at random, the first that of home; of one root none."""
-    if not isinstance(block.form, TwoRoots):
+    """Random signs for a closed form's root, the first that of home; none if it has one root."""
+    form = block.form
+    if isinstance(form, (LinearSlide, TwoRowAngle, Iterated)):
         return None
     signs = rng.choice([-1.0, 1.0], n)
     signs[0] = block.form.sign
@@ -295,7 +295,7 @@ def _of(turned: FloatArray | None, chosen: IndexArray | list[int]) -> FloatArray
 
 
 def _name_again(graph: Graph, turned: FloatArray, q: FloatArray) -> None:
-    """Angles anew where they are not defined, and have been read off noise."""
+    """Choose angles again where they are undefined, having been read off rounding errors."""
     angles = _platform_angles(graph)
     sequence = "".join("XYZ"[axis] for axis in _platform_axes(graph))
     held = np.cos(q[angles[1]]) if sequence[0] != sequence[2] else np.sin(q[angles[1]])

@@ -11,12 +11,12 @@ import numpy as np
 from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
 from parakin.kernel.outputs import Outputs
 
-RESIDUAL = 1e-12  # of what is subtracted where loops close: what counts as closed
+RESIDUAL = 1e-12  # of the lengths subtracted in the loops: a residual that counts as closed
 # Cosines of the second of three angles. Below the first the other two angles are undefined; below
 # the rest so are their first, second and third derivatives, each of which magnifies rounding more.
 LOCKED = (1e-8, 1e-5, 3e-4, 2e-3)
-_UPRIGHT = 1.5  # rad: within that of zero no cosine is small
-TURNS = 1e6  # of an angle: beyond, it is known to less than 1e-9 rad
+_UPRIGHT = 1.5  # rad: angles smaller than this have no small cosine
+TURNS = 1e6  # of an angle: beyond them it is not known to 1e-9 rad
 SINGULAR = 1e-6  # conditioning below this leaves no digits to trust in accelerations
 
 
@@ -46,8 +46,8 @@ SOLVED = (Status.CONVERGED, Status.LIMIT_EXCEEDED, Status.ANGLES_UNDEFINED)
 
 
 class Triple(NamedTuple):
-    """Three angles that are read off: rows of those reported, and of the second, which shows by
-    its cosine, or where first and last axis are the same its sine, whether they are defined.
+    """Three angles that are read off: rows of those reported, and of the second, whose cosine (or,
+    if first and last axis are the same, sine) tells whether they are defined.
     """
 
     rows: IndexArray
@@ -80,9 +80,9 @@ class Layout:
 
 
 class Watched(NamedTuple):
-    """Rows of coordinates, their units, which of them are solved for and which are angles known but
-    for full turns (the rest are read off), and home's values of these: a kernel finds them within
-    half a turn of home.
+    """Rows of coordinates; their units; which are solved for, and which are angles known but for
+    full turns (the rest are read off); and the values of those angles at home, within half a turn
+    of which a kernel finds them.
     """
 
     rows: IndexArray
@@ -100,7 +100,7 @@ def converged(out: FloatArray, layout: Layout) -> BoolArray:
 
 
 def classify(out: FloatArray, layout: Layout) -> StatusArray:
-    """A status per sample from its residual and conditioning; of NaN, both are made NaN."""
+    """A status per sample from its residual and conditioning, which become NaN together."""
     status = np.zeros(out.shape[1], dtype=np.int8)
     if converged(out, layout).all():
         return status
@@ -114,7 +114,7 @@ def classify(out: FloatArray, layout: Layout) -> StatusArray:
 
 
 def blank_undefined(out: FloatArray, layout: Layout) -> BoolArray:
-    """Make angles NaN where they are not defined, with their rates. Returns which samples (n,)."""
+    """Make undefined angles and their rates NaN. Returns which samples (n,) have any."""
     found = np.zeros(out.shape[1], dtype=bool)
     for rows, second, same in layout.triples:
         if not same and np.abs(out[second]).max(initial=0.0) < _UPRIGHT:

@@ -23,9 +23,9 @@ from parakin.solving.status import (
 CLOSED = 0.01 * RESIDUAL  # what is aimed at by the first steps
 _REPEATS = 12  # runs of a kernel (a few Newton steps each) before giving up
 _HALVINGS = 14
-_SHORT = 1e-4  # of a unit: a way no longer than this is all but none
-REGULAR = 1e-3  # of what it is at home: how firmly loops hold a pose that is not singular
-_SERVES = 0.3  # figure that a chart must have where it takes over
+_SHORT = 1e-4  # of a unit: ways shorter than this count as none
+REGULAR = 1e-3  # regularity below this counts as singular
+_SERVES = 0.3  # conditioning that a chart must have where it takes over
 _SAME = 1e-9  # radians and characteristic lengths between a pose on one chart and on the next
 _TO_THE_SIDE = 1e-3  # of a unit
 _TOLD = 1e-12  # conditioning below this has no sign
@@ -139,13 +139,14 @@ def _apart(one: Configuration, other: Configuration) -> float:
 def walk(
     chart: Chart, begin: State, goal: FloatArray, units: FloatArray
 ) -> tuple[FloatArray, StatusArray, FloatArray]:
-    """From one state to many poses `goal` (k, n), each straight and in its own steps, all at once:
-    outputs, what became of the way, and what part of it (n,) the outputs are at.
+    """Walk from one state to many poses `goal` (k, n), each straight and in its own steps, all at
+    once. Returns outputs, a status for each way, and the part of it (n,) at which the outputs are.
 
-    Takes a chart with two derivatives, by which each step is foretold and judged; in those
-    returned driven coordinates move at `goal` less where they began. units (k,): of these.
+    The chart needs two derivatives, by which each step is predicted and checked. In the outputs,
+    driven coordinates move with the velocity that covers a way in one second. units (k,): of the
+    driven coordinates.
     """
-    with np.errstate(all="ignore"):  # goals beyond all numbers are flagged like any out of reach
+    with np.errstate(all="ignore"):  # goals that overflow are flagged like any out of reach
         return _walked(chart, begin, goal, units)
 
 
@@ -243,8 +244,8 @@ def _walked(
 
 
 def _set_off(chart: Chart, begin: State, way: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Outputs (rows, 1) where many ways (k, n) begin, and how what is found there sets off on each,
-    covering it in one second: position, velocity and acceleration (3, m, n).
+    """Outputs (rows, 1) where many ways (k, n) begin, and the position, velocity and acceleration
+    (3, m, n) with which iterated coordinates set off on each, covering it in one second.
 
     Velocities are linear in those driven and accelerations quadratic.
     """

@@ -112,7 +112,7 @@ def _notable(found: Mobility) -> list[Text]:
 
 
 def _driving(driven: Sequence[str], found: Mobility) -> list[Text]:
-    """What is driven, and whether it is as much as can move."""
+    """What is driven, and whether its number is the mobility."""
     lines = [Text(f"  driven: {', '.join(driven)}")] if driven else []
     more = found.generic - len(found.idle) - found.wanted
     if found.generic < found.wanted:
@@ -189,7 +189,7 @@ def _home_notes(graph: Graph, home: FloatArray) -> list[Text]:
 
 
 def _astray(graph: Graph, k: int, home: FloatArray) -> bool:
-    """Whether a coordinate came out far from its guess, or a slide with the other sign."""
+    """Whether a coordinate ended far from its guess, or a slide with the opposite sign."""
     found, guess = float(home[k]), graph.guess[k]
     away = abs(found - guess)
     if graph.coordinates[k].angle:
