@@ -26,6 +26,7 @@ from parakin.kinematics.configuration import circuits_at, configure, coordinate_
 from parakin.kinematics.free_motions import free_motions
 from parakin.kinematics.recursion import Circuits
 from parakin.model.graph import Graph
+from parakin.planning.forms import TwoRoots
 from parakin.planning.ordering import plan_of
 from parakin.planning.plan import Block, Plan
 from parakin.solving.descent import descent
@@ -232,8 +233,7 @@ def _with_sign(block: Block, sign: FloatArray | None) -> Block:
 
 def _either(block: Block, rng: np.random.Generator, n: int) -> FloatArray | None:
     """Random signs for a closed form's root, the first that of home; none if it has one root."""
-    form = block.form
-    if isinstance(form, (LinearSlide, TwoRowAngle, Iterated)):
+    if not isinstance(block.form, TwoRoots):
         return None
     signs = rng.choice([-1.0, 1.0], n)
     signs[0] = block.form.sign
