@@ -35,10 +35,11 @@ def check(mechanism: Mechanism | str | Path) -> Mobility:
     Raises InputError, on a bad motion of the mechanism too, and AssemblyError.
     """
     from parakin.analysis.mobility import mobility
+    from parakin.files.reading import loaded
     from parakin.kinematics.assembly import assembled
     from parakin.model.evaluation import graph_of
 
-    graph = graph_of(_given(mechanism))
+    graph = graph_of(loaded(mechanism))
     home = assembled(graph)
     found = mobility(graph, home, len(graph.mechanism.driven))
     check_motions(graph, home)
@@ -62,12 +63,13 @@ def draw(mechanism: Mechanism | str | Path, path: str | Path | None = None) -> F
     """The kinematic scheme at home, in the symbols of ISO 3952. path: .svg, .pdf or .png, if it is
     to be written. Raises InputError, AssemblyError.
     """
+    from parakin.files.reading import loaded
     from parakin.model.evaluation import graph_of
     from parakin.views.scheme import scheme
 
     if path is not None:
         scheme.check_scheme(Path(path))
-    figure = scheme.scheme(graph_of(_given(mechanism)))
+    figure = scheme.scheme(graph_of(loaded(mechanism)))
     if path is not None:
         scheme.save(figure, Path(path))
     return figure
@@ -115,12 +117,13 @@ def report(
     """Write a report about a motion: one HTML file that needs no other. Raises InputError,
     AssemblyError, DrivenError.
     """
+    from parakin.files.reading import loaded
     from parakin.solving.compiler import compile
     from parakin.views import report as reports
     from parakin.views.extremes import extremes
 
     reports.check_report(Path(path))
-    solver = compile(_given(mechanism), coordinates="all")
+    solver = compile(loaded(mechanism), coordinates="all")
     moved = _motion(solver, motion)
     result = solver.solve(moved)
     solved = reports.Solved(solver, moved, result, extremes(result))
@@ -167,8 +170,9 @@ def export(
     Raises InputError, AssemblyError, DrivenError.
     """
     from parakin.exports.export import export as exported
+    from parakin.files.reading import loaded
 
-    return exported(_given(mechanism), Path(path), driven)
+    return exported(loaded(mechanism), Path(path), driven)
 
 
 def save(result: xr.Dataset | Iterable[xr.Dataset], path: str | Path) -> None:
@@ -184,12 +188,13 @@ def save(result: xr.Dataset | Iterable[xr.Dataset], path: str | Path) -> None:
 
 def record(mechanism: Mechanism | str | Path, motion: str | Path, path: str | Path) -> None:
     """Write one .html file that plays a motion without a server. Raises InputError."""
+    from parakin.files.reading import loaded
     from parakin.files.writing import check_suffix, replacing
     from parakin.views.browser.content import Content
     from parakin.views.browser.standalone import standalone_page
 
     check_suffix(Path(path), (".html", ".htm"), {"viser": "viser"}, "view")
-    content = Content(_given(mechanism), motions=(str(motion),))
+    content = Content(loaded(mechanism), motions=(str(motion),))
     loaded = content.load(content.first)
     text = standalone_page(loaded, content.playback(loaded, str(motion)))
     with replacing(Path(path)) as temporary:
@@ -198,9 +203,3 @@ def record(mechanism: Mechanism | str | Path, motion: str | Path, path: str | Pa
 
 def _motion(solver: Solver, motion: Motion | str | Path) -> Motion:
     return solver.motion(motion) if isinstance(motion, (str, Path)) else motion
-
-
-def _given(mechanism: Mechanism | str | Path) -> Mechanism:
-    from parakin.files.reading import load
-
-    return mechanism if isinstance(mechanism, Mechanism) else load(mechanism)
