@@ -195,8 +195,8 @@ def record(mechanism: Mechanism | str | Path, motion: str | Path, path: str | Pa
 
     check_suffix(Path(path), (".html", ".htm"), {"viser": "viser"}, "view")
     content = Content(loaded(mechanism), motions=(str(motion),))
-    loaded = content.load(content.first)
-    text = standalone_page(loaded, content.playback(loaded, str(motion)))
+    shown = content.load(content.first)
+    text = standalone_page(shown, content.playback(shown, str(motion)))
     with replacing(Path(path)) as temporary:
         temporary.write_text(text, "utf-8", newline="\n")
 
