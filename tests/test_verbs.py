@@ -161,3 +161,29 @@ def test_what_cannot_be_is_refused_at_once(verb: object, arguments: tuple[str, .
     with pytest.raises(parakin.InputError):
         verb(*arguments)
     assert not any(Path(name).exists() for name in arguments)
+
+
+def test_plot_takes_the_coordinates_that_the_command_takes(tmp_path: Path) -> None:
+    result = parakin.compile("four-bar", coordinates="all").solve("turn")
+    figure = parakin.plot(result, coordinates=["B", "D"])
+    legend = figure.axes[0].get_legend()
+    assert legend is not None
+    assert len(legend.get_texts()) == 2
+    arguments = ["plot", "four-bar", "turn", "--coordinates", "B,D"]
+    assert main([*arguments, "-o", str(tmp_path / "some.png")]) == 0
+    assert (tmp_path / "some.png").read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize("names", [["X"], []])
+def test_coordinates_that_a_result_does_not_have_are_refused(
+    names: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result = parakin.compile("four-bar").solve("turn")
+    with pytest.raises(parakin.InputError, match="coordinates"):
+        parakin.plot(result, coordinates=names)
+    path = tmp_path / "none.png"
+    assert (
+        main(["plot", "four-bar", "turn", "--coordinates", ",".join(names), "-o", str(path)]) == 2
+    )
+    assert "error: coordinates: found unknown coordinate" in capsys.readouterr().err
+    assert not path.exists()

@@ -109,6 +109,7 @@ def _add_solve(commands: _Commands) -> None:
     solve.add_argument("--jerk", action="store_true", help="the third derivative too")
     solve.add_argument("--bodies", action="store_true", help="every body's motion too")
     solve.add_argument("--all", action="store_true", help="joints outside the tree too")
+    solve.set_defaults(coordinates=None)
     _add_sampling(solve)
 
 
@@ -116,6 +117,7 @@ def _add_pictures(commands: _Commands) -> None:
     """`plot` and `film`: only the picture that `solve` can add to its other outputs."""
     unasked = dict.fromkeys(("output", "plot", "animate"))
     unasked |= dict.fromkeys(("singularities", "jerk", "bodies", "all"), False)
+    unasked["coordinates"] = None
     pictures = (
         ("plot", "plot", "plot a motion's time histories", "figure: .png, .svg or .pdf"),
         ("film", "animate", "film a motion", "film: .mp4 or .gif"),
@@ -127,6 +129,12 @@ def _add_pictures(commands: _Commands) -> None:
         _add_output(picture, file, dest)
         _add_sampling(picture)
         picture.set_defaults(**unasked | {dest: None})
+        if name == "plot":
+            picture.add_argument(
+                "--coordinates",
+                metavar="NAMES",
+                help="coordinates to plot, comma-separated; the actuated ones by default",
+            )
 
 
 def _add_view(commands: _Commands) -> None:

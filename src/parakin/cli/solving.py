@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import datetime
 from pathlib import Path
 
@@ -31,12 +31,15 @@ def solve(options: argparse.Namespace) -> int:
     written = _checked_outputs(options)
     solver = compile_mechanism(
         load_mechanism(options),
-        coordinates="all" if options.all else None,
+        coordinates="all" if options.all or options.coordinates else None,
         derivatives=3 if options.jerk else 2,
     )
     motion = solver.motion(
         options.motion, rate=options.rate, smoothing=options.smooth, max_gap=options.max_gap
     )
+    plotted = None if options.coordinates is None else options.coordinates.split(",")
+    if plotted is not None:
+        plots.check_coordinates(plotted, solver.coordinates)
     pictured = options.plot is not None or options.animate is not None or options.singularities
     run = Run(motion, pictured=pictured)
     windows = _windows(solver, motion, options.bodies or options.animate is not None)
@@ -44,7 +47,7 @@ def solve(options: argparse.Namespace) -> int:
     (last, extremes), mechanism = run.totals(), solver.mechanism
     title = f"{mechanism.name}, {motion.name}: {mechanism.title or 'a mechanism'}"
     if pictured:
-        _draw_pictures(solver, run.picture(), title, options)
+        _draw_pictures(solver, run.picture(), title, options, plotted)
     screen = console(stderr=True, width=WIDE)
     screen.print(title, style="bold", markup=False)
     screen.print(solve_report(last, extremes, run.seconds))
@@ -97,11 +100,15 @@ def _write_result(windows: Iterator[xr.Dataset], options: argparse.Namespace) ->
 
 
 def _draw_pictures(
-    solver: Solver, result: xr.Dataset, title: str, options: argparse.Namespace
+    solver: Solver,
+    result: xr.Dataset,
+    title: str,
+    options: argparse.Namespace,
+    plotted: Sequence[str] | None,
 ) -> None:
     symbols = solver.mechanism.symbols
     if options.plot is not None:
-        plots.save(plots.histories(result, symbols=symbols, title=title), options.plot)
+        plots.save(plots.histories(result, plotted, symbols, title=title), options.plot)
     if options.animate is not None:
         from parakin.views import film
         from parakin.views.solids.drawing import drawing_of

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from parakin.arrays import ORDERS, PER_TIME
-from parakin.errors import InputError
+from parakin.errors import InputError, nearest
 from parakin.files.writing import check_suffix, replacing
 from parakin.solving.status import Status
 from parakin.views.thinning import thinned
@@ -44,13 +44,14 @@ def histories(
     coordinates: by default the actuated ones, or all if there are none. orders: some of these
     quantities. symbols: by coordinate, as mathtext without the dollar signs. Lengths [m] and
     angles [deg] have a column each. Flagged samples are left out of the lines, and their time is
-    shaded.
+    shaded. Raises InputError on coordinates that the result does not have.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
     orders = orders or [order for order in ORDERS if order in ds]
     names = list(coordinates) if coordinates is not None else _default(ds)
+    check_coordinates(names, ds["coordinate"].values.tolist())
     columns = _columns(ds, names)
     style: dict[Any, Any] = {
         "font.size": 9,
@@ -86,6 +87,15 @@ def draw_histories(
             loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False, fontsize=9
         )
         column[-1].set_xlabel("time  $t$ [s]")
+
+
+def check_coordinates(names: Sequence[str], known: Sequence[str]) -> None:
+    """Raises InputError unless all of these are known, and there is one."""
+    if not names:
+        raise InputError("coordinates", "none", "one or more")
+    for name in names:
+        if name not in known:
+            raise InputError("coordinates", f"unknown coordinate {name!r}", nearest(name, known))
 
 
 def _columns(ds: xr.Dataset, names: Sequence[str]) -> list[tuple[str, list[str]]]:
