@@ -187,3 +187,11 @@ def test_coordinates_that_a_result_does_not_have_are_refused(
     )
     assert "error: coordinates: found unknown coordinate" in capsys.readouterr().err
     assert not path.exists()
+
+
+def test_motions_are_made_from_public_names() -> None:
+    law = parakin.laws.cosine(0.0, 0.1, 1.0)
+    made = parakin.from_laws("nod", {"A": law}, 1.0, 10.0)
+    assert made.count == 11
+    sampled = parakin.from_arrays("nod", ("A",), [0.0, 1.0], [[0.0, 0.1]])
+    assert sampled.coordinates == made.coordinates == ("A",)

@@ -45,7 +45,10 @@ if TYPE_CHECKING:
     )
     from parakin.files.reading import catalogue, load
     from parakin.model.mechanism import Body, Frame, Joint, Mechanism, Platform
+    from parakin.motion import laws
+    from parakin.motion.laws import from_laws
     from parakin.motion.motion import Motion
+    from parakin.motion.sampled import from_arrays
     from parakin.solving.compiler import compile
     from parakin.solving.modes import modes
     from parakin.solving.results import history, require_solved
@@ -81,6 +84,8 @@ _MODULES = {
     "view": "verbs",
     "Solver": "solving.solver",
     "Tick": "solving.tick",
+    "from_arrays": "motion.sampled",
+    "from_laws": "motion.laws",
     "history": "solving.results",
     "require_solved": "solving.results",
     "Status": "solving.status",
@@ -117,7 +122,10 @@ __all__ = [
     "draw",
     "export",
     "film",
+    "from_arrays",
+    "from_laws",
     "history",
+    "laws",
     "load",
     "modes",
     "plot",
@@ -131,6 +139,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "laws":
+        return importlib.import_module("parakin.motion.laws")
     if name not in _MODULES:
         raise AttributeError(f"module 'parakin' has no attribute {name!r}")
     return getattr(importlib.import_module(f"parakin.{_MODULES[name]}"), name)
