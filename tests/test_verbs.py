@@ -193,5 +193,6 @@ def test_motions_are_made_from_public_names() -> None:
     law = parakin.laws.cosine(0.0, 0.1, 1.0)
     made = parakin.from_laws("nod", {"A": law}, 1.0, 10.0)
     assert made.count == 11
-    sampled = parakin.from_arrays("nod", ("A",), [0.0, 1.0], [[0.0, 0.1]])
+    time = [0.1 * k for k in range(11)]
+    sampled = parakin.from_arrays("nod", ("A",), time, [[t * t for t in time]])
     assert sampled.coordinates == made.coordinates == ("A",)
