@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import re
 from html.parser import HTMLParser
 
@@ -26,8 +27,8 @@ class Cells(HTMLParser):
         assert not self.open
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        assert tag in {"p", "b", "br", "table", "thead", "tbody", "tr", "th", "td"}
-        if tag != "br":
+        assert tag in {"p", "b", "br", "img", "table", "thead", "tbody", "tr", "th", "td"}
+        if tag not in ("br", "img"):
             self.open.append(tag)
         if tag == "tr":
             self.rows.append([])
@@ -131,3 +132,19 @@ def test_values_by_name() -> None:
     with pytest.raises(parakin.InputError, match="one of: position"):
         lean.at(y).value("A1", "velocity")
     assert "residual" not in shown(lean.at(y)).text
+
+
+def test_a_mechanism_shows_its_scheme() -> None:
+    page = parakin.load("four-bar")._repr_html_()
+    (data,) = re.findall(r'src="data:image/svg\+xml;base64,([^"]+)"', page)
+    svg = base64.b64decode(data).decode("utf-8")
+    assert "<svg" in svg
+    for name in ("crank", "coupler", "rocker"):
+        assert name in page
+
+
+def test_what_does_not_assemble_shows_no_scheme_and_its_table_all_the_same() -> None:
+    page = parakin.load("four-bar", {"b": 3.0})._repr_html_()
+    assert "<img" not in page
+    assert "<td>revolute</td>" in page
+    assert notebook.picture("nothing", None) == ""

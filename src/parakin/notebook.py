@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from html import escape
+from importlib.metadata import entry_points
 
 
 def heading(name: str, text: str) -> str:
@@ -24,3 +25,12 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
         f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>\n" for row in rows
     )
     return f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody>\n</table>"
+
+
+def picture(kind: str, shown: object) -> str:
+    """A picture of something, by whatever is installed as an entry point of this kind to draw it;
+    "" if nothing is.
+    """
+    return "".join(
+        point.load()(shown) for point in entry_points(group="parakin.notebook", name=kind)
+    )

@@ -215,6 +215,7 @@ class Mechanism(Table):
         rows = [(j.name, j.kind, j.parent, j.child, _moved_by(j)) for j in self.joints]
         return (
             notebook.heading(self.name, self.title)
+            + notebook.picture("scheme", self)
             + notebook.lines(
                 source=self.source,
                 bodies=", ".join((f"{self.base} (fixed)", *bodies)),

@@ -6,6 +6,8 @@ lettering have the same size for every mechanism, and labels can avoid one anoth
 
 from __future__ import annotations
 
+import base64
+import io
 import textwrap
 from collections.abc import Sequence
 from itertools import pairwise
@@ -15,7 +17,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from parakin.arrays import FloatArray
+from parakin.errors import ParakinError
 from parakin.files.writing import check_suffix, replacing
+from parakin.model.evaluation import graph_of
 from parakin.views.scheme import symbols
 from parakin.views.scheme.annotation import annotate
 from parakin.views.scheme.dimensioning import parameters
@@ -43,6 +47,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from parakin.model.graph import Graph
+    from parakin.model.mechanism import Mechanism
 from parakin.model.joints import GraphJoint
 
 SUFFIXES = (".svg", ".pdf", ".png")
@@ -94,6 +99,22 @@ def save(figure: Figure, path: Path) -> None:
     with mpl.rc_context({**STYLE}), replacing(path) as temporary:
         undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
         figure.savefig(temporary, dpi=200, metadata=undated.get(path.suffix.lower()))
+
+
+def html(mechanism: Mechanism) -> str:
+    """An image of the scheme for a notebook; "" where it cannot be drawn."""
+    try:
+        figure = scheme(graph_of(mechanism), table=False)
+    except (ImportError, ParakinError):  # no matplotlib, or it does not assemble
+        return ""
+    import matplotlib as mpl
+
+    svg = io.BytesIO()
+    with mpl.rc_context({**STYLE}):
+        figure.savefig(svg, format="svg", metadata={"Date": None})
+    data = base64.b64encode(svg.getvalue()).decode("ascii")
+    style = "max-width: 100%; background: white"
+    return f'<img alt="kinematic scheme" style="{style}" src="data:image/svg+xml;base64,{data}">'
 
 
 # ---- bodies
