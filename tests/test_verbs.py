@@ -169,12 +169,12 @@ def test_plot_takes_the_coordinates_that_the_command_takes(tmp_path: Path) -> No
     legend = figure.axes[0].get_legend()
     assert legend is not None
     assert len(legend.get_texts()) == 2
-    arguments = ["plot", "four-bar", "turn", "--coordinates", "B,D"]
+    arguments = ["plot", "four-bar", "turn", "--coordinates", "B, D"]
     assert main([*arguments, "-o", str(tmp_path / "some.png")]) == 0
     assert (tmp_path / "some.png").read_bytes()[:4] == b"\x89PNG"
 
 
-@pytest.mark.parametrize("names", [["X"], []])
+@pytest.mark.parametrize("names", [["X"], [], ["B", "B"]])
 def test_coordinates_that_a_result_does_not_have_are_refused(
     names: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -185,7 +185,7 @@ def test_coordinates_that_a_result_does_not_have_are_refused(
     assert (
         main(["plot", "four-bar", "turn", "--coordinates", ",".join(names), "-o", str(path)]) == 2
     )
-    assert "error: coordinates: found unknown coordinate" in capsys.readouterr().err
+    assert "error: coordinates: found " in capsys.readouterr().err
     assert not path.exists()
 
 

@@ -56,6 +56,19 @@ def test_windows_change_nothing(size: int) -> None:
         np.testing.assert_allclose(joined, whole[name].values, rtol=0, atol=1e-13)
 
 
+@pytest.mark.parametrize("size", [0, -1, 1.5, None])
+def test_windows_of_no_samples_are_refused(size: object) -> None:
+    solver = parakin.compile("four-bar", machine_code=False)
+    with pytest.raises(InputError, match="size: found"):
+        next(solver.stream("turn", size))  # type: ignore[arg-type]
+
+
+def test_a_stream_takes_what_solve_takes() -> None:
+    solver = parakin.compile("four-bar", machine_code=False)
+    (whole,) = solver.stream("turn")
+    assert whole.identical(solver.solve("turn"))
+
+
 def test_what_it_does_not_know_how_to_solve_is_refused() -> None:
     solver = parakin.compile("four-bar", machine_code=False)
     motion = from_laws("other", {"D": constant(1.0)}, 1.0, 10.0)

@@ -27,7 +27,12 @@ def test_values_by_name(solver: parakin.Solver) -> None:
 
 @pytest.mark.parametrize(
     ("coordinate", "quantity", "said"),
-    [("a", "position", "coordinate: found 'a'"), ("A", "speed", "quantity: found 'speed'")],
+    [
+        ("a", "position", "coordinate: found 'a'"),
+        ("A", "speed", "quantity: found 'speed'"),
+        (3, "position", "coordinate: found 3"),
+        ("A", None, "quantity: found None"),
+    ],
 )
 def test_other_names_are_refused(
     solver: parakin.Solver, coordinate: str, quantity: str, said: str

@@ -31,13 +31,17 @@ def solve(options: argparse.Namespace) -> int:
     written = _checked_outputs(options)
     solver = compile_mechanism(
         load_mechanism(options),
-        coordinates="all" if options.all or options.coordinates else None,
+        coordinates="all" if options.all or options.coordinates is not None else None,
         derivatives=3 if options.jerk else 2,
     )
     motion = solver.motion(
         options.motion, rate=options.rate, smoothing=options.smooth, max_gap=options.max_gap
     )
-    plotted = None if options.coordinates is None else options.coordinates.split(",")
+    plotted = (
+        None
+        if options.coordinates is None
+        else [name.strip() for name in options.coordinates.split(",")]
+    )
     if plotted is not None:
         plots.check_coordinates(plotted, solver.coordinates)
     pictured = options.plot is not None or options.animate is not None or options.singularities

@@ -248,7 +248,7 @@ class Solver:
 
     def stream(
         self,
-        motion: Motion,
+        motion: Motion | str | Path,
         size: int = 65536,
         *,
         bodies: bool | Sequence[str] = False,
@@ -257,7 +257,9 @@ class Solver:
         """Solve as `solve` does, but in windows of at most `size` samples, each a Dataset, so that
         a motion of any length fits in memory.
         """
-        motion = self._driving(motion)
+        if not isinstance(size, (int, np.integer)) or size < 1:
+            raise InputError("size", repr(size), "a whole number of samples, 1 or more")
+        motion = self._driving(motion if isinstance(motion, Motion) else self.motion(motion))
         points = points_of(self.graph, bodies)
         course = Course(motion)
         track = Track(

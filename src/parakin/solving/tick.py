@@ -39,9 +39,9 @@ class Tick(NamedTuple):
         """
         known = dict(self._known())
         if quantity not in known:
-            raise InputError("quantity", repr(quantity), nearest(quantity, known))
+            raise InputError("quantity", repr(quantity), nearest(str(quantity), known))
         if coordinate not in self.coordinates:
-            expected = nearest(coordinate, self.coordinates)
+            expected = nearest(str(coordinate), self.coordinates)
             raise InputError("coordinate", repr(coordinate), expected)
         row = known[quantity][self.coordinates.index(coordinate)]
         return row if self.position.ndim > 1 else float(row)

@@ -90,9 +90,11 @@ def draw_histories(
 
 
 def check_coordinates(names: Sequence[str], known: Sequence[str]) -> None:
-    """Raises InputError unless all of these are known, and there is one."""
+    """Raises InputError unless all of these are known, each is there once, and there is one."""
     if not names:
         raise InputError("coordinates", "none", "one or more")
+    if len(set(names)) < len(names):
+        raise InputError("coordinates", ", ".join(names), "each once")
     for name in names:
         if name not in known:
             raise InputError("coordinates", f"unknown coordinate {name!r}", nearest(name, known))
