@@ -155,13 +155,14 @@ def viewed(browser: Any, mechanism: str | Path, **options: Any) -> Iterator[Page
 
 def agree(page: Page, position: FloatArray, wxyz: FloatArray) -> None:
     """The page's scene comes to these poses, within what single precision tells."""
+    until(lambda: shows(page, position, wxyz))
 
-    def arrived() -> bool:
-        seen, turned = page.poses()
-        across = np.abs((turned * wxyz).sum(axis=1))
-        return bool(np.abs(seen - position).max() < 1e-6 and (across > 1 - 1e-6).all())
 
-    until(arrived)
+def shows(page: Page, position: FloatArray, wxyz: FloatArray) -> bool:
+    """Whether the page's scene stands at these poses, within what single precision tells."""
+    seen, turned = page.poses()
+    across = np.abs((turned * wxyz).sum(axis=1))
+    return bool(np.abs(seen - position).max() < 1e-6 and (across > 1 - 1e-6).all())
 
 
 def until(condition: Callable[[], Any]) -> None:

@@ -6,7 +6,7 @@ import re
 from typing import Any
 
 import numpy as np
-from browser import Page, agree, needs_chromium, until, viewed
+from browser import Page, agree, needs_chromium, shows, until, viewed
 
 import parakin
 from parakin.views.solids.drawing import COLOURS
@@ -68,7 +68,8 @@ def test_the_handle_leads_the_platform(simulator: Page) -> None:
     mouse.up()
     drive = simulator.session.drive_tab.drive
     assert drive is not None
-    agree(simulator, *drive.solver.poses(drive.y, drive.tick))
+    # What the mouse did last may still be on its way: where it leads is asked for at each look.
+    until(lambda: shows(simulator, *drive.solver.poses(drive.y, drive.tick)))
 
 
 def _at_rest(page: Page, size: float) -> list[float]:
