@@ -173,7 +173,8 @@ class _DeferredFailure(io.FileIO):
                 self.seek(page * _PAGE)
                 super().readinto(self._pages[page])
             self._pages[page][place : place + len(part)] = rest[part.start : part.stop]
-        self.seek(start + size)
+        if len(rest):  # in pages, which do not move the file's own place
+            self.seek(start + size)
         return size
 
     def readinto(self, buffer: Any, /) -> int:

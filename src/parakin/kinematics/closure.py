@@ -121,8 +121,7 @@ class Gap:
         self, circuits: Circuits, end: Ends, coordinate: int, side: float, *, open_: bool = False
     ) -> Scalar:
         u = self.direction(circuits, end)
-        axis, sign = circuits.axes(end.child if side > 0 else end.parent)[coordinate]
-        w, v = pair_velocity(axis, sign * side, end.X_WM.p if side > 0 else end.X_WF.p)
+        w, v = _unit_twist(circuits, end, coordinate, side, _own_point(end, side))
         slope = dot(u, v)
         if (open_ or self.slides) and self.along.turns(circuits, end, coordinate, side):
             # (w is minus the rate at which F turns with the parent.)
@@ -188,8 +187,8 @@ class CentreDistance:
         centre = _axis(circuits, end, self.coordinate).point
         carried = _precedes(circuits, end, side, coordinate, self.coordinate)
         sign = -side if carried else side
-        arm = (end.X_WM.p if sign > 0 else end.X_WF.p) - centre
-        return arm, sign, centre if carried else end.X_WM.p if side > 0 else end.X_WF.p
+        arm = _own_point(end, sign) - centre
+        return arm, sign, centre if carried else _own_point(end, side)
 
     def _to_gap(self, end: Ends, axis_of: AxisOf) -> Vector:
         """From the centre to the middle of the gap."""
@@ -237,7 +236,7 @@ class RodLength:
         side: float,
     ) -> tuple[Vector, float, Vector]:
         """As of `CentreDistance`: the arm is the rod."""
-        return end.d, 1.0, end.X_WM.p if side > 0 else end.X_WF.p
+        return end.d, 1.0, _own_point(end, side)
 
     def value(self, circuits: Circuits, end: Ends) -> Scalar:
         length = circuits.graph.joints[self.cut].length
@@ -285,8 +284,7 @@ class Perpendicular:
         self, circuits: Circuits, end: Ends, coordinate: int, side: float, *, open_: bool = False
     ) -> Scalar:
         del open_  # exact on open loops in any case
-        axis, sign = circuits.axes(end.child if side > 0 else end.parent)[coordinate]
-        w, _ = pair_velocity(axis, sign * side, end.X_WF.p)
+        w, _ = _unit_twist(circuits, end, coordinate, side, end.X_WF.p)
         return dot(w, self._across(end))
 
     def rate(self, circuits: Circuits, end: Ends) -> Scalar:
@@ -309,6 +307,21 @@ def _axis(circuits: Circuits, end: Ends, coordinate: int) -> Axis:
     return circuits.axes(side)[coordinate][0]
 
 
+def _own_point(end: Ends, side: float) -> Vector:
+    """The joint's point on one side of the loop."""
+    return end.X_WM.p if side > 0 else end.X_WF.p
+
+
+def _unit_twist(
+    circuits: Circuits, end: Ends, coordinate: int, side: float, point: Vector
+) -> tuple[Vector, Vector]:
+    """What one unit of a coordinate's rate gives the child relative to the parent: (w, v at
+    `point`).
+    """
+    axis, sign = circuits.axes(end.child if side > 0 else end.parent)[coordinate]
+    return pair_velocity(axis, sign * side, point)
+
+
 def _precedes(circuits: Circuits, end: Ends, side: float, first: int, second: int) -> bool:
     """Whether two coordinates are on this side of the loop, in this order from the base."""
     path = circuits.path[end.child if side > 0 else end.parent]
@@ -319,8 +332,7 @@ def _arm_derivative(
     row: Distance, circuits: Circuits, end: Ends, coordinate: int, side: float
 ) -> Scalar:
     arm, _, moved = row.arm(circuits, end, coordinate, side)
-    axis, sign = circuits.axes(end.child if side > 0 else end.parent)[coordinate]
-    return dot(arm, pair_velocity(axis, sign * side, moved)[1])
+    return dot(arm, _unit_twist(circuits, end, coordinate, side, moved)[1])
 
 
 _POINT = (0, 1, 2)  # axes of F along which there is no gap

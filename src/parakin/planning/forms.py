@@ -107,7 +107,7 @@ class TangentAngle:
         size = add(mul(a, a), mul(b, b))
         scale = self.sign / functions.sqrt(size)
         turn = Turn(None, mul(b, scale), -mul(a, scale))
-        return Solution(turn, () if self.regular else (_arm_figure(size, self.reference),))
+        return Solution(turn, _arm_figures(self, size))
 
 
 @dataclass(frozen=True)
@@ -132,9 +132,7 @@ class CosineAngle:
         inverse = 1.0 / size
         cosine = mul(inverse, sub(mul(b, root), mul(a, c)))
         sine = -mul(inverse, add(mul(b, c), mul(a, root)))
-        figures: tuple[Scalar, ...] = (mul(reach, inverse),)
-        if not self.regular:
-            figures += (_arm_figure(size, self.reference),)
+        figures = (mul(reach, inverse), *_arm_figures(self, size))
         return Solution(Turn(None, cosine, sine), figures)
 
 
@@ -193,9 +191,9 @@ def _linear(base: Circuits, k: int, row: Row) -> tuple[Scalar, Scalar, Scalar]:
     return a, sub(_value(base, k, row, ACROSS), c), c
 
 
-def _arm_figure(size: Scalar, reference: float) -> Scalar:
+def _arm_figures(form: TangentAngle | CosineAngle, size: Scalar) -> tuple[Scalar, ...]:
     """An arm that shrinks leaves its angle undetermined."""
-    return mul(1.0 / reference**2, size)
+    return () if form.regular else (mul(1.0 / form.reference**2, size),)
 
 
 def signed(form: Form, slopes: FloatArray) -> Form | None:
