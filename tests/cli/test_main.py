@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 import sys
@@ -11,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from linkage import Refusal
+from linkage import Refusal, process
 
 import parakin
 from parakin.files.reading import catalogue
@@ -71,17 +70,6 @@ def test_a_file_that_states_its_home_to_the_last_digit_is_told_so(run: Parakin) 
     code, out, _ = run("check", "exact.toml")
     assert code == 0
     assert "The stated values close the loops." in out
-
-
-def process(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, *arguments],
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=False,
-        env=os.environ | environment,
-    )
 
 
 def test_python_m_parakin_and_version() -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from linkage import ARM
 
 from parakin import Status
 from parakin.arrays import ORDERS
@@ -70,30 +71,6 @@ def test_angles_are_shown_in_degrees_and_all_coordinates_where_none_is_actuated(
     assert rows["shoulder [deg]"][:3] == ["10.000", "50.000", "+0.000 .. +40.000"]
     assert rows["shoulder [deg]"][3] == "37.500 deg/s"
     assert rows["slide [mm]"][2] == "-50.000 .. +50.000"
-
-
-ARM = """
-name = "arm"
-driven = ["shoulder", "slide"]
-home = { shoulder = "10 deg", slide = "100 mm" }
-bodies = { upper = {}, lower = {} }
-
-[joints.shoulder]
-kind = "revolute"
-parent = "base"
-child = "upper"
-
-[joints.slide]
-kind = "prismatic"
-parent = "upper"
-child = "lower"
-on_parent = { at = [0.5, 0, 0] }
-
-[motions.wave]
-duration = "2 s"
-laws.shoulder = { law = "poly345", by = "40 deg" }
-laws.slide = { law = "sine", amplitude = "50 mm", frequency = 1 }
-"""
 
 
 @pytest.mark.parametrize("columns", ["20", "80", "200"])

@@ -9,29 +9,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from linkage import contents
+from linkage import ARM, contents, in_a_process, process
 
 
 @pytest.fixture(autouse=True)
 def _here(linkage_folder: Path) -> None:
     """Every test runs in the folder."""
-
-
-def in_a_process(
-    *arguments: str, start: tuple[str, ...] = ("-m", "parakin"), stdout: str = os.devnull
-) -> tuple[int, str]:
-    """parakin in a process of its own: exit code and what it says on stderr."""
-    with open(stdout, "w") as target:
-        done = subprocess.run(
-            [sys.executable, *start, *arguments],
-            stdout=target,
-            stderr=subprocess.PIPE,
-            text=True,
-            env={k: v for k, v in os.environ.items() if k != "PYTHONUNBUFFERED"},
-            timeout=600,
-            check=False,
-        )
-    return done.returncode, done.stderr
 
 
 @pytest.mark.parametrize(
@@ -82,29 +65,6 @@ SOLVE = ("solve", "flight-simulator", "general")
 
 Parakin = Callable[..., tuple[int, str, str]]
 
-ARM = """
-name = "arm"
-driven = ["shoulder", "slide"]
-home = { shoulder = "10 deg", slide = "100 mm" }
-bodies = { upper = {}, lower = {} }
-
-[joints.shoulder]
-kind = "revolute"
-parent = "base"
-child = "upper"
-
-[joints.slide]
-kind = "prismatic"
-parent = "upper"
-child = "lower"
-on_parent = { at = [0.5, 0, 0] }
-
-[motions.wave]
-duration = "2 s"
-laws.shoulder = { law = "poly345", by = "40 deg" }
-laws.slide = { law = "sine", amplitude = "50 mm", frequency = 1 }
-"""
-
 
 def test_square_brackets_in_a_title_are_shown_as_they_are(run: Parakin) -> None:
     Path("arm.toml").write_text(ARM.replace('name = "arm"', 'name = "arm"\ntitle = "[/b] [red]x"'))
@@ -122,17 +82,6 @@ def test_colours_are_obeyed_and_refused(run: Parakin, monkeypatch: pytest.Monkey
     assert "\x1b[" not in run("check", "flight-simulator-upu")[1]
     assert "\x1b[" not in run("list")[1]
     assert "\x1b[" not in run(*SOLVE, "--rate", "10")[2]
-
-
-def process(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, *arguments],
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=False,
-        env=os.environ | environment,
-    )
 
 
 def test_letters_that_the_terminal_lacks_are_spelt_out() -> None:

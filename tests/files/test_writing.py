@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import importlib.util
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from linkage import Refusal, contents
+from linkage import Refusal, contents, in_a_process
 
 
 @pytest.mark.parametrize(
@@ -100,23 +97,6 @@ sys.exit(main())
 """
 
 
-def run(
-    *arguments: str, start: tuple[str, ...] = ("-m", "parakin"), stdout: str = os.devnull
-) -> tuple[int, str]:
-    """parakin in a process of its own: exit code and what it says on stderr."""
-    with open(stdout, "w") as target:
-        done = subprocess.run(
-            [sys.executable, *start, *arguments],
-            stdout=target,
-            stderr=subprocess.PIPE,
-            text=True,
-            env={k: v for k, v in os.environ.items() if k != "PYTHONUNBUFFERED"},
-            timeout=600,
-            check=False,
-        )
-    return done.returncode, done.stderr
-
-
 @pytest.mark.parametrize("option", ["-o old.csv", "-o old.nc", "-o old.parquet", "--plot old.png"])
 def test_a_disk_that_fills_up_leaves_the_old_file_and_no_other(
     option: str, linkage_folder: Path
@@ -124,7 +104,7 @@ def test_a_disk_that_fills_up_leaves_the_old_file_and_no_other(
     before = contents(linkage_folder)
     name = option.split()[1]
     solve = ("solve", "flight-simulator", "general", *option.split())
-    code, err = run(*solve, start=("-c", LIMITED))
+    code, err = in_a_process(*solve, start=("-c", LIMITED))
     said = f"error: {name}: found file too large; expected a file that can be written\n"
     assert (code, err) == (2, said)
     assert contents(linkage_folder) == before

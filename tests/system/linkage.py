@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -75,3 +78,56 @@ def contents(folder: Path) -> dict[str, bytes]:
 def edited(text: str, old: str, new: str) -> str:
     assert text.count(old) > 0, old
     return text.replace(old, new, 1)
+
+
+ARM = """
+name = "arm"
+driven = ["shoulder", "slide"]
+home = { shoulder = "10 deg", slide = "100 mm" }
+bodies = { upper = {}, lower = {} }
+
+[joints.shoulder]
+kind = "revolute"
+parent = "base"
+child = "upper"
+
+[joints.slide]
+kind = "prismatic"
+parent = "upper"
+child = "lower"
+on_parent = { at = [0.5, 0, 0] }
+
+[motions.wave]
+duration = "2 s"
+laws.shoulder = { law = "poly345", by = "40 deg" }
+laws.slide = { law = "sine", amplitude = "50 mm", frequency = 1 }
+"""
+
+
+def in_a_process(
+    *arguments: str, start: tuple[str, ...] = ("-m", "parakin"), stdout: str = os.devnull
+) -> tuple[int, str]:
+    """parakin in a process of its own: exit code and what it says on stderr."""
+    with open(stdout, "w") as target:
+        done = subprocess.run(
+            [sys.executable, *start, *arguments],
+            stdout=target,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={k: v for k, v in os.environ.items() if k != "PYTHONUNBUFFERED"},
+            timeout=600,
+            check=False,
+        )
+    return done.returncode, done.stderr
+
+
+def process(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Python in a process of its own, with these variables set."""
+    return subprocess.run(
+        [sys.executable, *arguments],
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+        env=os.environ | environment,
+    )
