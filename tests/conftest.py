@@ -6,11 +6,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+import xarray as xr
 from linkage import LINKAGE, MOTION, Refusal, contents
 
 import parakin
 from parakin.cli.main import main
 from parakin.kernel.backends import has_machine_code
+
+Parakin = Callable[..., tuple[int, str, str]]
 
 READINGS = [
     pytest.param(
@@ -71,3 +74,35 @@ def refusal(linkage_folder: Path, capsys: pytest.CaptureFixture[str]) -> Refusal
         return err.removeprefix("error: ").rstrip("\n")
 
     return run
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder to run commands in, without colours and 80 columns wide."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+    monkeypatch.setenv("COLUMNS", "80")
+    return tmp_path
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Parakin:
+    """Runs a command in this process: exit code, stdout, stderr."""
+
+    def command(*arguments: str) -> tuple[int, str, str]:
+        capsys.readouterr()
+        code = main(arguments)
+        return (code, *capsys.readouterr())
+
+    return command
+
+
+@pytest.fixture(scope="module")
+def solver() -> parakin.Solver:
+    return parakin.compile("flight-simulator")
+
+
+@pytest.fixture(scope="module")
+def general(solver: parakin.Solver) -> xr.Dataset:
+    return solver.solve("general", bodies=True)
