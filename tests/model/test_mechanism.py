@@ -198,7 +198,7 @@ MECHANISM = [
     (
         "[guess]",
         "[limits]\nA = [-inf, inf]\n[guess]",
-        "limits.A: found -inf; expected a finite num",
+        "limits.A: found [-inf, inf]; expected at least one end",
     ),
     # frames
     (IN_B, "{ axis = [0, 0, 0] }", "joints.B.on_parent.axis: found the axis [0.0, 0.0, 0.0]; expe"),

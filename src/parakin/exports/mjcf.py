@@ -29,6 +29,7 @@ _STEP = 0.002  # of time [s]
 _CLOSED = (2 * _STEP, 1.0)  # time constant [s] and damping ratio of loops: as stiff as can be
 _SERVO = 30.0  # natural frequency of an actuator that carries the whole mechanism [rad/s]
 _ROTOR = 0.05  # of that inertia, on every coordinate
+_UNBOUNDED = 1000.0  # [m or rad]: an open end of a range, as MuJoCo's have two
 _GREY, _BLUE, _ORANGE = (0.5, 0.5, 0.5, 1.0), (0.3, 0.5, 0.8, 1.0), (0.9, 0.5, 0.1, 1.0)
 
 
@@ -114,7 +115,7 @@ class _Model:
             axis = vector(sign * (screw[3:] if pair.slides else screw[:3]))
             coordinate, home = self.graph.coordinates[k], float(self.at.q[k])
             point = vector(as_array(self.at.axes[k].point))
-            low, high = coordinate.limits
+            low, high = self.graph.limits(coordinate.name)
             if k in self.graph.from_home:  # MuJoCo counts from the joint's zero
                 low, high = low + home, high + home
             pairs.append(_Pair(coordinate.name, pair.slides, axis, point, home, (low, high)))
@@ -154,8 +155,8 @@ class _Model:
             axis=inward @ pair.axis,
             ref=pair.home,
         )
-        if np.isfinite(pair.limits).all():
-            joint.range = pair.limits
+        if np.isfinite(pair.limits).any():
+            joint.range = np.clip(pair.limits, -_UNBOUNDED, _UNBOUNDED)
 
     def close(self, joint: GraphJoint) -> None:
         """Adds a joint outside the tree, as two sites that stay together."""

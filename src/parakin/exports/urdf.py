@@ -20,9 +20,10 @@ from parakin.kinematics.assembly import assembled
 from parakin.kinematics.configuration import Configuration, configure
 from parakin.model.graph import Graph
 from parakin.model.joints import GraphJoint
+from parakin.model.limits import UNLIMITED
 from parakin.model.placement import about
 
-_UNBOUNDED = 1000.0  # [m]: a slide must have limits in URDF
+_UNBOUNDED = 1000.0  # [m or rad]: an open end, as limits in URDF have two
 _LOCKED = 1e-12
 
 
@@ -120,20 +121,21 @@ class _Robot:
         axis: Sequence[float],
         pitch: float = 0.0,
     ) -> None:
-        low, high = self.graph.coordinates[k].limits
+        low, high = self.graph.limits(self.graph.coordinates[k].name)
         home = float(self.at.q[k])
         if k in self.graph.from_home:  # URDF counts from the joint's zero
             low, high = low + home, high + home
-        bounded = math.isfinite(low) and math.isfinite(high) and not pitch
+        bounded = (math.isfinite(low) or math.isfinite(high)) and not pitch
         kind = "prismatic" if slides else "revolute" if bounded else "continuous"
         joint = self._joint(name, kind, near, far, here)
         self._sub(joint, "axis", xyz=_numbers(axis))
-        if slides and not bounded:
-            low, high = -_UNBOUNDED, _UNBOUNDED
         if slides or bounded:
-            limit = self._sub(joint, "limit", effort="1000", velocity="1000")
-            limit.set("lower", _numbers([low]))
-            limit.set("upper", _numbers([high]))
+            low, high = (low, high) if bounded else UNLIMITED
+            rates = self.graph.limits(self.graph.coordinates[k].name, 1)
+            speed = min(*map(abs, rates), _UNBOUNDED)
+            limit = self._sub(joint, "limit", effort="1000", velocity=_numbers([speed]))
+            limit.set("lower", _numbers([max(low, -_UNBOUNDED)]))
+            limit.set("upper", _numbers([min(high, _UNBOUNDED)]))
         if pitch:
             self._sub(
                 joint,

@@ -37,9 +37,9 @@ def check_output(path: Path) -> None:
 
 def frame(ds: xr.Dataset) -> pd.DataFrame:
     """The Dataset as a flat table, SI, a row per sample: `time`, `A2.position`, ..., `status`,
-    `residual`.
+    `residual`, `stopped_by` (the name, empty for nothing), `excess`, `first_at`.
 
-    Bodies, if there are any, come before the last two: `rod.position.x`, ...
+    Bodies, if there are any, come before `status`: `rod.position.x`, ...
     """
     import pandas as pd
 
@@ -56,6 +56,11 @@ def frame(ds: xr.Dataset) -> pd.DataFrame:
                     columns[f"{body}.{label}.{axis}"] = ds[variable].values[:, b, a]
     columns["status"] = ds["status"].values
     columns["residual"] = ds["residual"].values
+    columns["stopped_by"] = pd.Categorical.from_codes(
+        ds["stopped_by"].values, ds["stop"].values.tolist()
+    )
+    columns["excess"] = ds["excess"].values
+    columns["first_at"] = ds["first_at"].values
     return pd.DataFrame(columns)
 
 

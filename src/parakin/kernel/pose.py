@@ -24,8 +24,9 @@ from parakin.kernel.connectivity import (
 from parakin.kernel.outputs import Outputs
 from parakin.kinematics import loops
 from parakin.kinematics.closure import canonical_rows, cosines
+from parakin.kinematics.cones import cone_angle
 from parakin.kinematics.configuration import circuits_at
-from parakin.kinematics.readings import cone, read, read_rates
+from parakin.kinematics.readings import read, read_rates
 from parakin.kinematics.recursion import (
     Circuits,
     Turn,
@@ -325,12 +326,10 @@ def _output(
     """Value and derivatives of a coordinate; `moving` are the circuits with their rates in time."""
     graph, functions = plan.graph, angles.functions
     if isinstance(name, str):
-        cut = graph.cones[name][0]
-        end = loops.ends(circuits, cut)
-        found: tuple[Scalar, ...] = cone(circuits, cut, end, functions, derivatives=derivatives)
+        cone = plan.cones[name]
+        found: tuple[Scalar, ...] = cone_angle(circuits, cone, functions, derivatives=derivatives)
         if derivatives > 2:
-            end, known = loops.ends(moving, cut), dual_functions(functions)
-            changing = cone(moving, cut, end, known, derivatives=2)[2]
+            changing = cone_angle(moving, cone, dual_functions(functions), derivatives=2)[2]
             return *found, rate_of(changing)
         return found
     if name in circuits.turns:

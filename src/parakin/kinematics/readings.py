@@ -1,11 +1,11 @@
-"""Readings: coordinates of joints outside the tree, and cone angles, from the bodies' motion."""
+"""Readings: coordinates of joints outside the tree, from the bodies' motion."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 from parakin.algebra.spatial import Functions, Matrix, Scalar, Vector, add, cross, dot, mul, sub
-from parakin.kinematics.closure import Perpendicular, slide_acceleration, slide_rate
+from parakin.kinematics.closure import slide_acceleration, slide_rate
 from parakin.kinematics.loops import Ends
 from parakin.kinematics.recursion import Circuits
 from parakin.model.joints import GraphJoint
@@ -112,21 +112,3 @@ def read_rates(
             if accelerations:
                 second[k] = slide_acceleration(circuits, u, end)
     return rates, second
-
-
-def cone(
-    circuits: Circuits, cut: int, end: Ends, functions: Functions, *, derivatives: int
-) -> tuple[Scalar, Scalar, Scalar]:
-    """The angle between a spherical joint's two z axes, and its derivatives (undefined at 0)."""
-    row = Perpendicular(cut, 2, 2)
-    z, cosine = cross(end.X_WF.R.column(2), end.X_WM.R.column(2)), row.value(circuits, end)
-    square = dot(z, z)
-    sine = functions.sqrt(square)
-    angle = functions.atan2(sine, cosine)
-    if derivatives < 1 or (type(square) is float and square == 0.0):  # zero in every pose
-        return angle, 0.0, 0.0
-    first = -row.rate(circuits, end) / sine
-    if derivatives < 2:
-        return angle, first, 0.0
-    second = -(row.acceleration(circuits, end) + cosine * first * first) / sine
-    return angle, first, second

@@ -10,10 +10,11 @@ from parakin.errors import InputError, nearest
 from parakin.model.expressions import ANGLE, LENGTH, Dimension, Parameters
 from parakin.model.graph import Graph
 from parakin.model.joints import PAIRS, THETA, Z_TURN, Coordinate, GraphJoint, Pair
+from parakin.model.limits import limits_of
 from parakin.model.mechanism import MAX_JOINTS, Joint, Mechanism, Platform
 from parakin.model.placement import AXES, evaluated, placement_of
 
-_UNLIMITED = (-math.inf, math.inf)
+_CONED = ("spherical", "universal")  # kinds of joints that have a cone angle
 
 
 def graph_of(mechanism: Mechanism) -> Graph:
@@ -43,7 +44,6 @@ def graph_of(mechanism: Mechanism) -> Graph:
         joints.append(pose)
     reach = [math.hypot(*place.p) for j in joints for place in (j.F, j.M)]
     named = _Named(mechanism, parameters, joints, coordinates)
-    limits = named.limits()
     named.check_lists()
     return Graph(
         mechanism,
@@ -51,8 +51,9 @@ def graph_of(mechanism: Mechanism) -> Graph:
         tuple(bodies),
         points,
         tuple(joints),
-        tuple(c._replace(limits=limits.get(c.name, _UNLIMITED)) for c in coordinates),
-        {name: (k, limits.get(name, _UNLIMITED)) for name, k in named.cones.items()},
+        tuple(coordinates),
+        named.cones,
+        limits_of(mechanism, parameters, {c.name: c.angle for c in coordinates}, named.cones),
         named.positions("home"),
         named.positions("stated"),
         named.positions("guess"),
@@ -99,6 +100,7 @@ def _joint(
         first,
         bool(joint.actuated),
         length,
+        joint.on_parent.oriented or joint.on_child.oriented,
     )
 
 
@@ -114,7 +116,7 @@ def _coordinates(joint: Joint, made: GraphJoint, number: int, place: str) -> lis
             raise InputError(f"{place}.actuated", f"{k}", expected)
     names = [joint.name] if count == 1 else [f"{joint.name}.{k + 1}" for k in range(count)]
     return [
-        Coordinate(name, number, not pair.slides, k in actuated, _UNLIMITED)
+        Coordinate(name, number, not pair.slides, k in actuated)
         for k, (name, pair) in enumerate(zip(names, made.pairs, strict=True), start=1)
     ]
 
@@ -145,14 +147,11 @@ def _pose(
 
 def _pose_coordinates(platform: Platform, number: int) -> list[Coordinate]:
     labels = ["x", "y", "z", *(name for name, _ in platform.angles)]
-    return [
-        Coordinate(f"platform.{label}", number, k > 2, False, _UNLIMITED)
-        for k, label in enumerate(labels)
-    ]
+    return [Coordinate(f"platform.{label}", number, k > 2, False) for k, label in enumerate(labels)]
 
 
 class _Named:
-    """What a mechanism specifies for coordinates and cone angles by name."""
+    """What a mechanism specifies for coordinates by name."""
 
     def __init__(
         self,
@@ -164,19 +163,7 @@ class _Named:
         self.mechanism, self.parameters = mechanism, parameters
         self.coordinates = coordinates
         self.numbers = {c.name: k for k, c in enumerate(coordinates)}
-        self.cones = {f"{j.name}.cone": k for k, j in enumerate(joints) if j.kind == "spherical"}
-
-    def limits(self) -> dict[str, tuple[float, float]]:
-        limits: dict[str, tuple[float, float]] = {}
-        for name, pair in self.mechanism.limits.items():
-            place = f"{self.mechanism.where}: limits.{name}"
-            _check_known(name, place, [*self.numbers, *self.cones])
-            dimension = self._dimension(name)
-            low, high = (self.parameters.evaluate(q, dimension, place) for q in pair)
-            if not low < high:
-                raise InputError(place, f"[{low:g}, {high:g}]", "a lower limit below the upper one")
-            limits[name] = (low, high)
-        return limits
+        self.cones = {f"{j.name}.cone": j for j in joints if j.kind in _CONED}
 
     def check_lists(self) -> None:
         for key in ("driven", "from_home"):
@@ -194,8 +181,7 @@ class _Named:
         return found
 
     def _dimension(self, name: str) -> Dimension:
-        angle = name in self.cones or self.coordinates[self.numbers[name]].angle
-        return ANGLE if angle else LENGTH
+        return ANGLE if self.coordinates[self.numbers[name]].angle else LENGTH
 
 
 def _check_known(name: str, place: str, known: Collection[str]) -> None:

@@ -37,7 +37,11 @@ FREQUENCY: Dimension = (0.0, -1.0, 0.0)
 
 MAX_CHARACTERS = 500
 _NAMES = {BARE: "a number", LENGTH: "a length", ANGLE: "an angle", TIME: "a time"} | {
-    FREQUENCY: "a frequency"
+    FREQUENCY: "a frequency",
+    (1.0, -1.0, 0.0): "a velocity",
+    (0.0, -1.0, 1.0): "an angular velocity",
+    (1.0, -2.0, 0.0): "an acceleration",
+    (0.0, -2.0, 1.0): "an angular acceleration",
 }
 _QUANTITY = re.compile(  # the whole number: 1e-3 is not one e (electron charge) minus 3
     r"(?<![\w.])((?>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?))\s*"

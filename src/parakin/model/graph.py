@@ -6,7 +6,6 @@ coordinates can be driven or read.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -14,6 +13,7 @@ from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, Matrix, Pose, Vecto
 from parakin.errors import InputError, nearest
 from parakin.model.expressions import ANGLE, LENGTH, Dimension
 from parakin.model.joints import X_TURN, Y_TURN, Z_TURN, Coordinate, GraphJoint
+from parakin.model.limits import UNLIMITED, Limit
 from parakin.model.mechanism import Mechanism
 from parakin.model.placement import snapped
 
@@ -35,10 +35,10 @@ class Graph:
     """A mechanism in numbers, SI. Body 0 is the base.
 
     points: by `body.point`, the body and the point in its components. cones: by cone angle, its
-    joint and limits. home, stated, guess: by coordinate, as in the Mechanism. from_home: the
-    coordinates that are counted from home. length: the characteristic length. twins: by joint
-    of three turns, a second joint whose angles are counted from a nearby orientation
-    (`recentred`).
+    joint as declared. limited: all declared limits. home, stated, guess: by coordinate, as in the
+    Mechanism. from_home: the coordinates that are counted from home. length: the characteristic
+    length. twins: by joint of three turns, a second joint whose angles are counted from a nearby
+    orientation (`recentred`).
     """
 
     mechanism: Mechanism
@@ -47,7 +47,8 @@ class Graph:
     points: Mapping[str, tuple[int, Vector[float]]]
     joints: tuple[GraphJoint, ...]
     coordinates: tuple[Coordinate, ...]
-    cones: Mapping[str, tuple[int, tuple[float, float]]]
+    cones: Mapping[str, GraphJoint]
+    limited: tuple[Limit, ...]
     home: Mapping[int, float]
     stated: Mapping[int, float]
     guess: Mapping[int, float]
@@ -70,16 +71,24 @@ class Graph:
         """The coordinates of a tree's joints, from the base outwards."""
         return [n for k, _ in tree.steps for n in self.joints[k].coordinates]
 
-    def limits(self, name: str) -> tuple[float, float]:
-        """Limits of a coordinate or cone angle, infinite if none are given. Raises InputError."""
-        if name in self.cones:
-            return self.cones[name][1]
-        return self.coordinates[self.index(name, "limits")].limits
+    def limits(self, name: str, order: int = 0) -> tuple[float, float]:
+        """Limits of a coordinate or cone angle, or of a derivative; infinite if none are given.
+        Raises InputError.
+        """
+        self.holder(name)  # which refuses unknown names
+        for limit in self.limited:
+            if limit.coordinate == name and limit.order == order:
+                return limit.low, limit.high
+        return UNLIMITED
+
+    def is_angle(self, name: str) -> bool:
+        """Whether a coordinate or cone angle is one. Raises InputError."""
+        return name in self.cones or self.coordinates[self.index(name, "coordinates")].angle
 
     def holder(self, name: str) -> int:
         """The joint that a coordinate or cone angle belongs to. Raises InputError."""
         if name in self.cones:
-            return self.cones[name][0]
+            return self.coordinates[self.cones[name].first].joint
         return self.coordinates[self.index(name, "limits")].joint
 
     def dimension(self, coordinate: int) -> Dimension:
@@ -174,9 +183,8 @@ class Graph:
             first=first,
             actuated=False,
         )
-        free = (-math.inf, math.inf)
         named = tuple(
-            Coordinate(f"{twin.name}.{k}", len(self.joints), not pair.slides, False, free)
+            Coordinate(f"{twin.name}.{k}", len(self.joints), not pair.slides, False)
             for k, pair in enumerate(twin.pairs, start=1)
         )
         return replace(
@@ -198,7 +206,7 @@ class Graph:
     def split(self, number: int) -> Graph:
         """The graph with a joint of several freedoms split into a chain of single ones.
 
-        Coordinates keep their numbers and names; the joint's cone angle is lost.
+        Coordinates keep their numbers and names.
         """
         joint = self.joints[number]
         joints, coordinates = list(self.joints), list(self.coordinates)
@@ -228,11 +236,9 @@ class Graph:
             place = number if i == 0 else len(joints)
             joints[place : place + 1] = [single]
             coordinates[k] = coordinates[k]._replace(joint=place)
-        cones = {name: cone for name, cone in self.cones.items() if cone[0] != number}
         return replace(
             self,
             bodies=bodies,
             joints=tuple(joints),
             coordinates=tuple(coordinates),
-            cones=cones,
         )

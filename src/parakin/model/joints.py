@@ -47,7 +47,8 @@ class GraphJoint:
     """A joint in numbers: frame F on its parent and M on its child, with pairs and tail between.
 
     R_FM = turn(pair 1) turn(pair 2) ... tail. parent, child: numbers of bodies. first: the number
-    of its first coordinate. length: a rod's [m].
+    of its first coordinate. length: a rod's [m]. oriented: whether F or M has axes of its own, and
+    not those of its body.
     """
 
     name: str
@@ -61,6 +62,7 @@ class GraphJoint:
     first: int
     actuated: bool = False
     length: float = 0.0
+    oriented: bool = True
 
     @property
     def coordinates(self) -> range:
@@ -80,13 +82,12 @@ class GraphJoint:
 
 
 class Coordinate(NamedTuple):
-    """One coordinate of joint number `joint`; `limits` in SI, infinite if none are given."""
+    """One coordinate of joint number `joint`."""
 
     name: str
     joint: int
     angle: bool
     actuated: bool
-    limits: tuple[float, float]
 
     @property
     def unit(self) -> str:

@@ -99,6 +99,11 @@ class Frame(Table):
     x: Triple | None = None
     turns: Turns = ()
 
+    @property
+    def oriented(self) -> bool:
+        """Whether it has axes of its own, and not those of the body."""
+        return self.axis is not None or self.x is not None or bool(self.turns)
+
 
 class Joint(Table):
     """A joint between two bodies, from `parent` to `child`; its coordinates count that way.

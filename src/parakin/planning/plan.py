@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from parakin.arrays import FloatArray
 from parakin.kinematics.closure import Row
+from parakin.kinematics.cones import Cone, cones_of
 from parakin.model.graph import Graph, Tree
 from parakin.planning.forms import ITERATED, Form, Iterated
 
@@ -56,6 +58,11 @@ class Plan:
     blocks: tuple[Block, ...]
     idle: tuple[int, ...] = ()
     unsolved: tuple[int, ...] = ()
+
+    @cached_property
+    def cones(self) -> Mapping[str, Cone]:
+        """Cone angles by name."""
+        return cones_of(self.graph, self.own_home.tolist())
 
     def offset(self, coordinate: int) -> float:
         """What a coordinate counted from home has there, as its joint counts; else 0."""

@@ -6,11 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
-from parakin.arrays import BoolArray, FloatArray, StatusArray
+from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
 from parakin.solving.atlas import Atlas
 from parakin.solving.inputs import Guesses, Start
 from parakin.solving.results import Labels
-from parakin.solving.status import SOLVED, Status, blank_undefined, classify
+from parakin.solving.status import SOLVED, UNREACHED, Status, blank_undefined, classify
+from parakin.solving.stops import Stopped
 from parakin.solving.tick import Tick
 
 
@@ -49,6 +50,8 @@ class Answers:
             beyond, open_ = np.isinf(known).any(axis=0), np.isnan(known).any(axis=0)
             open_ &= status == Status.CONVERGED
             status[open_ | (beyond & np.isin(status, SOLVED))] = Status.OUT_OF_REACH
+        undefined = status == Status.ANGLES_UNDEFINED
+        stopped = self._stopped(columns, inputs, status, sound) if rows.checks else None
         if status.any():
             numbers[:, ~np.isin(status, SOLVED)] = np.nan
         residual: float | FloatArray = np.nan
@@ -58,8 +61,8 @@ class Answers:
             residual, conditioning = out[rows.residual], out[rows.conditioning]
             if out.ndim == 1:
                 residual, conditioning = float(residual), float(conditioning)
-        tick = self.tick(out, verdict, residual, conditioning)
-        if found is not None and (status == Status.ANGLES_UNDEFINED).any():
+        tick = self.tick(out, verdict, residual, conditioning, stopped)
+        if found is not None and undefined.any():
             found[:, ~np.isin(status, SOLVED)] = np.nan
             tick = tick._replace(iterated=found[:, 0] if out.ndim == 1 else found)
         return tick
@@ -98,13 +101,41 @@ class Answers:
             status[undefined & (status == Status.CONVERGED)] = Status.ANGLES_UNDEFINED
         return status, found
 
+    def _stopped(
+        self,
+        columns: FloatArray,
+        inputs: FloatArray,
+        status: StatusArray,
+        sound: BoolArray | None,
+    ) -> Stopped:
+        """The limits exceeded, which flags a pose, and the limbs that cannot reach."""
+        stopped = self.atlas.home.limits.stopped(columns)
+        solved = np.isin(status, SOLVED)
+        stopped.number[~solved], stopped.excess[~solved] = 0, np.nan
+        status[stopped.number > 0] = Status.LIMIT_EXCEEDED
+        open_ = np.isin(status, UNREACHED)
+        if sound is not None:
+            open_ &= sound
+        if open_.any():
+            chart = self.atlas.home
+            driven = inputs.reshape(len(inputs), -1)[: len(chart.plan.driven), open_]
+            stopped.number[open_] = self.atlas.loop_stops(chart, driven, columns[:, open_])
+        return stopped
+
     def tick(
         self,
         out: FloatArray,
         status: int | StatusArray,
         residual: float | FloatArray,
         conditioning: float | FloatArray,
+        stopped: Stopped | None = None,
     ) -> Tick:
+        number: int | IndexArray = 0
+        excess: float | FloatArray = np.nan
+        if out.ndim == 2:
+            number, excess = stopped or Stopped.by_nothing(out.shape[1])
+        elif stopped is not None:
+            number, excess = int(stopped.number[0]), float(stopped.excess[0])
         position, velocity, acceleration, jerk = self._reported_rows
         return Tick(
             out[position],
@@ -117,6 +148,9 @@ class Answers:
             out[self.layout.iterated[0]] if self.guesses.hidden else out[:0],
             self.labels.coordinates,
             self.labels.units,
+            number,
+            excess,
+            self.labels.stops,
         )
 
     @cached_property

@@ -8,13 +8,14 @@ from functools import cached_property
 import numpy as np
 
 from parakin.algebra.angles import nearest_angle
-from parakin.arrays import FloatArray, StatusArray
+from parakin.arrays import FloatArray, IndexArray, StatusArray
 from parakin.kernel.outputs import POINT, Outputs
 from parakin.kinematics.configuration import Configuration, coordinate_scales
 from parakin.motion.motion import Samples
 from parakin.solving.bodies import Points
 from parakin.solving.charts import Chart, also_known
 from parakin.solving.status import Status, blank_undefined
+from parakin.solving.stops import Stopped, stops_of
 from parakin.solving.tracking import Piece
 from parakin.solving.walking import REGULAR, carried_over, conditioning_beside, iterate
 
@@ -24,6 +25,7 @@ class Atlas:
 
     def __init__(self, home: Chart, outputs: Outputs) -> None:
         self.home, self.outputs = home, outputs
+        self.stops = stops_of(home.plan)
         self._made: list[Chart] = []
 
     @cached_property
@@ -82,6 +84,28 @@ class Atlas:
             out[outputs.conditioning, start:stop] *= chart.relative_regularity
         return out
 
+    def stopped(self, pieces: Sequence[Piece], n: int) -> Stopped:
+        """The limits that n samples exceed."""
+        if len(pieces) == 1 and pieces[0].stop - pieces[0].start == n:
+            return pieces[0].chart.limits.stopped(pieces[0].out)
+        found = Stopped.by_nothing(n)
+        for start, stop, chart, out in pieces:
+            inside = chart.limits.stopped(out)
+            found.number[start:stop], found.excess[start:stop] = inside
+        return found
+
+    def loop_stops(self, chart: Chart, driven: FloatArray, out: FloatArray) -> IndexArray:
+        """The numbers of the loops that poses (k, n) not reached cannot close, from a chart's
+        outputs (rows, n) of them; 0 where that is not known.
+        """
+        numbers = self.stops.blocks
+        if chart.plan is not self.home.plan:
+            other = stops_of(chart.plan)
+            numbers = tuple(self.stops.most_like(other.joints[k]) for k in other.blocks)
+        open_ = chart.open_blocks(driven, out)  # -1 picks the last
+        found: IndexArray = np.array([*numbers, 0], dtype=np.intp)[open_]
+        return found
+
     def figures(
         self, points: Points, pieces: Sequence[Piece], samples: Samples, parallel: bool
     ) -> FloatArray:
@@ -121,10 +145,14 @@ class Atlas:
     def _transfer(self, out: FloatArray, column: int, chart: Chart, found: FloatArray) -> Status:
         """Write what another chart found, angles by full turns nearest to what stands there."""
         undefined = bool(blank_undefined(found, chart.layout)[0])
-        rows, count = self.home.outputs, len(self.outputs.coordinates)
+        rows, place = self.home.outputs, chart.places
+        shared = [(row, place[c]) for row, c in enumerate(rows.coordinates) if c in place]
+        mine, theirs = np.array(shared, dtype=np.intp).reshape(-1, 2).T
         before = out[self.angle_rows, column]
         for order in range(1 + rows.derivatives):
-            out[rows.first(count, order), column] = found[chart.outputs.first(count, order), 0]
+            out[rows.derivative(mine, order), column] = found[
+                chart.outputs.derivative(theirs, order), 0
+            ]
         out[rows.figures, column] = found[chart.outputs.figures, 0]
         out[self.angle_rows, column] = nearest_angle(out[self.angle_rows, column], to=before)
         return Status.ANGLES_UNDEFINED if undefined else Status.CONVERGED

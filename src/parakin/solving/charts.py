@@ -13,25 +13,29 @@ from functools import cached_property
 
 import numpy as np
 
-from parakin.arrays import FloatArray
+from parakin.algebra.spatial import as_array
+from parakin.arrays import FloatArray, IndexArray
 from parakin.errors import ParakinError
 from parakin.kernel.backends import Kernel, make_kernel
 from parakin.kernel.outputs import Outputs
+from parakin.kinematics import loops
 from parakin.kinematics.configuration import (
     Configuration,
+    circuits_at,
     closure_system,
     configure,
     coordinate_scales,
     full_screws,
     loop_signs,
 )
-from parakin.model.graph import Tree
+from parakin.model.graph import Graph, Tree
 from parakin.model.joints import GraphJoint
 from parakin.motion.motion import Samples
 from parakin.planning.ordering import plan_of
-from parakin.planning.plan import Plan
+from parakin.planning.plan import Block, Plan
 from parakin.solving.bodies import Figures, Points
 from parakin.solving.status import Layout, Triple, Watched
+from parakin.solving.stops import LimitRows
 
 _STEPS = 3  # Newton steps per run of a kernel: they reach round-off from 0.01 or 0.02 away
 _LOOSE = 10.0  # a home held more firmly than one over this costs no digits
@@ -56,6 +60,15 @@ class Chart:
     @cached_property
     def layout(self) -> Layout:
         return layout_of(self.plan, self.outputs, self.reported)
+
+    @cached_property
+    def places(self) -> Mapping[int | str, int]:
+        """The rows of positions, by coordinate."""
+        return {c: row for row, c in enumerate(self.outputs.coordinates)}
+
+    @cached_property
+    def limits(self) -> LimitRows:
+        return LimitRows.of(self.plan.graph, self.outputs)
 
     @cached_property
     def kernel(self) -> Kernel:
@@ -113,17 +126,52 @@ class Chart:
 
     def configuration(self, driven: FloatArray, out: FloatArray) -> Configuration:
         """All coordinates at a pose: driven ones (k,), and a column of outputs (rows,)."""
+        q = self._coordinates(driven[:, None], out[:, None])[:, 0]
+        return configure(self.plan.graph, self.plan.tree, q)
+
+    def _coordinates(self, driven: FloatArray, out: FloatArray) -> FloatArray:
+        """All coordinates (N, n) at poses: driven ones (k, n), and outputs (rows, n)."""
         plan = self.plan
-        q = np.array(plan.home, dtype=float)
+        q = np.repeat(np.array(plan.home, dtype=float)[:, None], out.shape[1], axis=1)
         for row, k in enumerate(self.outputs.coordinates):
             if isinstance(k, int):
                 q[k] = out[row] + plan.offset(k)
-        counted = np.array([y + plan.offset(k) for k, y in zip(plan.driven, driven, strict=True)])
+        offsets = [[plan.offset(k)] for k in plan.driven]
+        counted = driven + offsets
         for k, entry in plan.affine.items():
             q[k] = entry.constant
             for j, factor in entry.factors:
                 q[k] += factor * counted[plan.driven.index(j)]
-        return configure(plan.graph, plan.tree, q)
+        return q
+
+    def open_blocks(self, driven: FloatArray, out: FloatArray) -> IndexArray:
+        """For poses (k, n) that are not reached, with their outputs (rows, n), the block of the
+        plan that cannot be closed: the first whose form has no root, or else the one of those
+        iterated that is farthest from closed; -1 where there is none.
+        """
+        blocks = self.plan.blocks
+        if not blocks or not all(block.unknowns[0] in self.places for block in blocks):
+            return np.full(out.shape[1], -1, dtype=np.intp)
+        lost = np.isnan(out[[self.places[block.unknowns[0]] for block in blocks]])
+        found = np.where(lost.any(axis=0), lost.argmax(axis=0), -1)
+        rest = np.flatnonzero(found < 0)
+        iterated = [number for number, block in enumerate(blocks) if block.iterated]
+        if len(iterated) == 1:
+            found[rest] = iterated[0]
+        elif iterated and len(rest):
+            q = self._coordinates(driven[:, rest], out[:, rest])
+            gaps = np.array([self._gap(blocks[number], q) for number in iterated])
+            found[rest] = np.array(iterated)[gaps.argmax(axis=0)]
+        return found
+
+    def _gap(self, block: Block, q: FloatArray) -> FloatArray:
+        """How far a block's rows are from closed [m], squared, at coordinates (N, n)."""
+        circuits = circuits_at(self.plan.graph, self.plan.tree, q)
+        total = np.zeros(q.shape[1])
+        for row in block.rows:
+            value = as_array(row.value(circuits, loops.ends(circuits, row.cut)))
+            total = total + (row.per_length(self.plan.graph) * value) ** 2
+        return np.nan_to_num(total, nan=np.inf)
 
     def coordinates_at(self, at: Configuration) -> FloatArray:
         """All coordinates of this chart's graph at a configuration of another's."""
@@ -243,20 +291,28 @@ def _read_off(plan: Plan) -> list[GraphJoint]:
 
 
 def _triples(plan: Plan, outputs: Outputs, reported: int) -> Iterator[Triple]:
-    """The angles of such joints, as far as any of them is reported."""
+    """The angles of such joints, as far as any of them is reported or limited."""
     place = {c: row for row, c in enumerate(outputs.coordinates)}
+    asked = {*outputs.coordinates[:reported], *limited(plan.graph)}
     for joint in _read_off(plan):
-        rows = [place[k] for k in joint.turns if place.get(k, reported) < reported]
+        rows = [place[k] for k in joint.turns if k in place and k in asked]
         second = joint.turns[1]
         if rows and second in place:
             yield Triple(np.array(rows, dtype=np.intp), place[second], joint.proper)
 
 
-def also_known(plan: Plan, chosen: Sequence[int | str], solved: Sequence[int]) -> list[int]:
-    """Coordinates that must be known besides those chosen: those `solved` for, and the second of
-    three angles, which decides whether the others are defined.
+def also_known(plan: Plan, chosen: Sequence[int | str], solved: Sequence[int]) -> list[int | str]:
+    """Coordinates that must be known besides those chosen: those `solved` for; those that are
+    limited; and the second of three angles, which decides whether the others are defined.
     """
-    found = [k for k in solved if k not in chosen]
+    found: list[int | str] = [k for k in (*solved, *limited(plan.graph)) if k not in chosen]
+    found = list(dict.fromkeys(found))
     known = {*chosen, *found}
     seconds = [joint.turns[1] for joint in _read_off(plan) if known.intersection(joint.turns)]
     return [*found, *(k for k in seconds if k not in known)]
+
+
+def limited(graph: Graph) -> list[int | str]:
+    """Coordinates, by number, and cone angles, by name, that have limits."""
+    numbers = {c.name: k for k, c in enumerate(graph.coordinates)}
+    return [numbers.get(limit.coordinate, limit.coordinate) for limit in graph.limited]

@@ -89,8 +89,7 @@ def compile(
 
 def _outputs(plan: Plan, chosen: Sequence[int | str], derivatives: int, *, checks: bool) -> Outputs:
     """The coordinates to report and, after them, whatever else is watched along a motion."""
-    solved = plan.unknowns if checks and derivatives > 1 else plan.iterated
-    hidden = also_known(plan, chosen, solved) if checks else []
+    hidden = also_known(plan, chosen, plan.unknowns) if checks else []
     return Outputs((*chosen, *hidden), derivatives, checks)
 
 

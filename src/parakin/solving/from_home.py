@@ -6,9 +6,8 @@ import numpy as np
 
 from parakin.algebra.spatial import FLOATS, as_float
 from parakin.arrays import FloatArray, IndexArray, StatusArray
-from parakin.kinematics import loops
+from parakin.kinematics.cones import cone_angle
 from parakin.kinematics.configuration import circuits_at
-from parakin.kinematics.readings import cone
 from parakin.model.graph import Graph
 from parakin.motion.course import Course
 from parakin.motion.laws import from_laws, polynomial345
@@ -39,9 +38,8 @@ def home_values(graph: Graph, plan: Plan) -> dict[str, float]:
     """Position of every coordinate at home, as it is counted, and every cone angle."""
     home = {c.name: float(plan.home[k]) - plan.offset(k) for k, c in enumerate(graph.coordinates)}
     circuits = circuits_at(plan.graph, plan.tree, plan.home)
-    for name, (joint, _) in plan.graph.cones.items():
-        end = loops.ends(circuits, joint)
-        home[name] = as_float(cone(circuits, joint, end, FLOATS, derivatives=0)[0])
+    for name, cone in plan.cones.items():
+        home[name] = as_float(cone_angle(circuits, cone, FLOATS, derivatives=0)[0])
     return home
 
 

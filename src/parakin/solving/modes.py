@@ -15,13 +15,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from parakin.algebra.angles import nearest_angle
-from parakin.algebra.spatial import ARRAYS, as_array
+from parakin.algebra.spatial import ARRAYS, FLOATS, as_array, as_float
 from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.errors import InputError, nearest
 from parakin.kernel.outputs import Outputs
 from parakin.kernel.pose import Refiner, solve_pose
 from parakin.kinematics import loops
 from parakin.kinematics.closure import canonical_rows
+from parakin.kinematics.cones import cone_angle
 from parakin.kinematics.configuration import circuits_at, configure, coordinate_scales
 from parakin.kinematics.free_motions import free_motions
 from parakin.kinematics.recursion import Circuits
@@ -32,6 +33,7 @@ from parakin.planning.plan import Block, Plan
 from parakin.solving.descent import descent
 from parakin.solving.solver import Solver
 from parakin.solving.status import SINGULAR
+from parakin.solving.stops import beyond_limits
 
 _STEPS = 4  # and undamped ones after these
 _DRAWS = 12  # of signs, as long as loops stay open
@@ -211,7 +213,7 @@ def _sorted_out(
             min(1.0, float(conditioning[members[nearest]])),
             len(members),
             len(_groups(graph, at, everything, _of(turned, members))),
-            _beyond(graph, position),
+            _beyond(plan, position),
         )
         found.append((float(away[nearest]), mode))
     # Mirror images are as far from home as each other: let chance not decide which comes first.
@@ -362,7 +364,13 @@ def _groups(
     return groups
 
 
-def _beyond(graph: Graph, q: FloatArray) -> tuple[str, ...]:
-    return tuple(
-        c.name for k, c in enumerate(graph.coordinates) if not c.limits[0] <= q[k] <= c.limits[1]
-    )
+def _beyond(plan: Plan, q: FloatArray) -> tuple[str, ...]:
+    """The limits on positions and cone angles that coordinates, as they are counted, exceed."""
+    graph = plan.graph
+    values = {c.name: float(q[k]) for k, c in enumerate(graph.coordinates)}
+    if any(limit.coordinate in graph.cones for limit in graph.limited):
+        counted = np.array([q[k] + plan.offset(k) for k in range(len(q))])
+        circuits = circuits_at(graph, plan.tree, counted)
+        for name, cone in plan.cones.items():
+            values[name] = as_float(cone_angle(circuits, cone, FLOATS, derivatives=0)[0])
+    return beyond_limits(graph, values)

@@ -6,7 +6,7 @@ import functools
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from parakin.kernel.outputs import (
     Outputs,
 )
 from parakin.solving.status import Status
+from parakin.solving.stops import Stopped, Stops
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,6 +43,7 @@ class Labels:
     coordinates: tuple[str, ...]
     driven: tuple[str, ...]
     home: Mapping[str, float]
+    stops: Stops
 
     @cached_property
     def units(self) -> tuple[str, ...]:
@@ -71,12 +73,22 @@ class Labels:
         return dict(labels.variables), dict(labels.xindexes)
 
 
+class Verdict(NamedTuple):
+    """What became of n samples: their status, what stopped each, and when that was first met [s],
+    NaN where nothing did.
+    """
+
+    status: StatusArray
+    stopped: Stopped
+    first_at: FloatArray
+
+
 def dataset(
     of: Labels,
     motion: Motion,
     time: FloatArray,
     out: FloatArray,
-    status: StatusArray,
+    verdict: Verdict,
     points: Sequence[str],
     figures: FloatArray | None,
     before: xr.Dataset | None = None,
@@ -95,12 +107,17 @@ def dataset(
     }
     residual = {"long_name": "norm of all closure rows", "units": "m"}
     variables |= {
-        "status": ("time", status, _status_attributes()),
+        "status": ("time", verdict.status, _status_attributes()),
         "residual": ("time", out[rows.residual], residual),
         "conditioning": ("time", out[rows.conditioning], {"units": "1"}),
         "home": ("coordinate", [of.home.get(name, np.nan) for name in of.coordinates]),
     }
-    labels = {"time": xr.Variable("time", time, {"units": "s"})}
+    variables |= _stops(of.stops, verdict)
+    labels = {
+        "time": xr.Variable("time", time, {"units": "s"}),
+        "stop": xr.Variable("stop", list(of.stops.names)),
+    }
+    units = {"stop_unit": xr.Variable("stop", list(of.stops.units))}
     if figures is not None:
         last = None if before is None else before["body_orientation"].values[-1]
         variables |= _bodies(figures, len(points), len(time), last)
@@ -114,7 +131,7 @@ def dataset(
     }
     common, indexes = of.common
     indexes = indexes | {n: xr.indexes.PandasIndex(v.values, n) for n, v in labels.items()}
-    return xr.Dataset(variables, xr.Coordinates(common | labels, indexes), attributes)
+    return xr.Dataset(variables, xr.Coordinates(common | labels | units, indexes), attributes)
 
 
 def history(ds: xr.Dataset, coordinate: str) -> xr.Dataset:
@@ -145,12 +162,43 @@ def require_solved(ds: xr.Dataset) -> xr.Dataset:
     if len(flagged):
         i = int(flagged[0])
         worst = np.fmax.reduce(ds["residual"].values, initial=0.0)
+        because = stop_words(ds, i)
         raise NotSolvedError(
             f"{ds.attrs['mechanism']}, {ds.attrs['motion']}: {len(flagged)} of {len(status)} "
             f"samples are flagged; the first, {i} at t = {float(ds['time'][i]):.6g} s, is "
-            f"{Status(int(status[i])).words}; worst residual of the rest {worst:.1e}"
+            f"{Status(int(status[i])).words}{because and f' ({because})'}; worst residual of the "
+            f"rest {worst:.1e}"
         )
     return ds
+
+
+def _stops(stops: Stops, verdict: Verdict) -> dict[str, Any]:
+    """What stopped each sample, as places in the dimension `stop`, and what is known of each."""
+    number, excess = verdict.stopped
+    place = {"long_name": "place in `stop` of what stopped the sample; 0 is nothing"}
+    beyond = {"long_name": "how far above the upper limit or, if negative, below the lower one"}
+    first = {"long_name": "when that which stopped the sample was first met"}
+    units = {"comment": "SI; see stop_unit"}
+    return {
+        "stopped_by": ("time", number.astype(np.int16), place),
+        "excess": ("time", excess, beyond | units),
+        "first_at": ("time", verdict.first_at, first | {"units": "s"}),
+        "limit_low": ("stop", list(stops.low), units),
+        "limit_high": ("stop", list(stops.high), units),
+    }
+
+
+def stop_words(ds: xr.Dataset, sample: int) -> str:
+    """What stopped a sample of a result, by how much, and when first, as far as is known; "" if
+    that is not known. For example "P6 at 1.262 m, limit 1.260 m, first at t = 0.88 s".
+    """
+    number = int(ds["stopped_by"].values[sample])
+    columns = (
+        ds[name].values.tolist() for name in ("stop", "stop_unit", "limit_low", "limit_high")
+    )
+    words = Stops(*map(tuple, columns)).words(number, float(ds["excess"].values[sample]))
+    first = float(ds["first_at"].values[sample])
+    return f"{words}, first at t = {first:.4g} s" if words and np.isfinite(first) else words
 
 
 @functools.cache

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from parakin import notebook
-from parakin.arrays import FloatArray, IndexArray, StatusArray
+from parakin.arrays import FloatArray, StatusArray
 from parakin.errors import InputError
 from parakin.files.reading import load_motion
 from parakin.kernel.outputs import ORIENTATION, POINT, POSITION, Outputs
@@ -27,11 +26,20 @@ from parakin.solving.answers import Answers
 from parakin.solving.atlas import Atlas
 from parakin.solving.bodies import points_of
 from parakin.solving.charts import Chart
+from parakin.solving.crossings import Crossings
 from parakin.solving.from_home import from_home, home_state, home_values
 from parakin.solving.inputs import Guesses, all_bounded, stacked
 from parakin.solving.locks import locks_of, off_the_lock, try_again
-from parakin.solving.results import Labels, dataset, quaternions
-from parakin.solving.status import RESIDUAL, SINGULAR, SOLVED, Status, blank_undefined
+from parakin.solving.results import Labels, Verdict, dataset, quaternions
+from parakin.solving.status import (
+    RESIDUAL,
+    SINGULAR,
+    UNREACHED,
+    Status,
+    blank_undefined,
+    classify,
+)
+from parakin.solving.stops import Stopped
 from parakin.solving.tick import Tick
 from parakin.solving.tracking import Track
 from parakin.solving.walking import CLOSED, iterate
@@ -45,7 +53,8 @@ class Solver:
 
     `driven`, `coordinates`: names, in the order of rows. `derivatives`: how many are computed.
     `home`: position of every coordinate and cone angle at home, by name [m, rad]. `iterated`:
-    coordinates found by iteration and not in closed form, reported or not.
+    coordinates found by iteration and not in closed form, reported or not. `stops`: what can stop
+    it, by the numbers in results: declared limits, and loops that cannot be closed.
     """
 
     def __init__(
@@ -71,7 +80,10 @@ class Solver:
         self.reported = replace(outputs, coordinates=outputs.coordinates[:reported])
         self.layout = self._chart.layout
         self._atlas = Atlas(self._chart, self.reported)
-        self._labels = Labels(graph, self.reported, self.coordinates, self.driven, self.home)
+        self.stops = self._atlas.stops
+        self._labels = Labels(
+            graph, self.reported, self.coordinates, self.driven, self.home, self.stops
+        )
         self._iterated = plan.iterated
         self._locks = locks_of(plan)
         self.iterated = tuple(self._name(c) for c in self._iterated)
@@ -118,9 +130,11 @@ class Solver:
         is flagged as a branch change.
         parallel: use all cores.
         A pose that is not solved has a status that says why and NaN throughout; where only angles
-        are undefined, only they are NaN. Poses with NaN or infinity in y, rates or guess are
-        flagged too, and so are those with a guess of an angle beyond a million turns. Raises
-        InputError on arrays of the wrong shape.
+        are undefined, only they are NaN. A pose beyond a declared limit is flagged and keeps its
+        values, whether what is limited is reported or not; `stopped_by` and `excess` say which
+        limit and by how much, and which limb cannot reach a pose out of reach. Poses with NaN or
+        infinity in y, rates or guess are flagged too, and so are those with a guess of an angle
+        beyond a million turns. Raises InputError on arrays of the wrong shape.
         """
         inputs = stacked(len(self.driven), self.derivatives, y, (yd, ydd, yddd))
         start = None if guess is None else self._guesses.start_of(guess, inputs.shape[1:])
@@ -139,7 +153,8 @@ class Solver:
             return self._answers.tick(out, good, np.nan, np.nan)
         if plain and out.ndim == 1 and within is None and not walked and not self.layout.triples:
             residual, conditioning, _, size, _ = out[self._outputs.figures].tolist()
-            if residual <= RESIDUAL * size and conditioning >= SINGULAR:
+            closed = residual <= RESIDUAL * size and conditioning >= SINGULAR
+            if closed and self._chart.limits.kept(out):
                 return self._answers.tick(out, 0, residual, conditioning)
         return self._answers.judged(out, inputs, start, walked, within, plain=plain)
 
@@ -239,7 +254,10 @@ class Solver:
         True adds position, orientation, velocities and accelerations of every body at its own
         origin; a list names bodies or points on them ("platform.B4"). parallel: use all cores.
         Where the motion cannot go on, the first sample after says why, and later ones are flagged
-        `not reached`; all these are NaN. A sample beyond a limit is flagged and keeps its values.
+        `not reached`; all these are NaN. A sample beyond a declared limit is flagged and keeps its
+        values, whether what is limited is reported or not. `stopped_by` names the limit or the limb
+        that cannot reach, `excess` says how far beyond the limit it is, and `first_at` when that
+        was first met, which may be between two samples.
         Raises InputError if the motion is not one of the driven coordinates.
         """
         motion = motion if isinstance(motion, Motion) else self.motion(motion)
@@ -266,6 +284,7 @@ class Solver:
             self._chart, course, home_state(self._chart), self._atlas.units, self._atlas.others
         )
         last: xr.Dataset | None = None
+        crossings = Crossings(self.stops, track)
         for start in range(0, motion.count, size):
             samples = motion.window(start, min(start + size, motion.count))
             if samples.jerk is None and self.derivatives > 2:
@@ -276,10 +295,14 @@ class Solver:
                 undefined = blank_undefined(found, chart.layout)
                 status[start_:stop][undefined] = Status.ANGLES_UNDEFINED
             out = self._atlas.reported(pieces, len(status))
-            self._limit(out, status)
+            stopped = self._atlas.stopped(pieces, len(status))
+            status[stopped.number > 0] = Status.LIMIT_EXCEEDED
+            crossings.note(samples.time, pieces)
+            self._blame(track, status, stopped, crossings)
             figures = self._atlas.figures(points, pieces, samples, parallel) if points else None
+            verdict = Verdict(status, stopped, crossings.first_at[stopped.number])
             ds = dataset(
-                self._labels, motion, samples.time, out, status, list(points), figures, last
+                self._labels, motion, samples.time, out, verdict, list(points), figures, last
             )
             last = ds
             yield ds
@@ -295,9 +318,26 @@ class Solver:
         points, n = points_of(self.graph, bodies), motion.count
         out = np.broadcast_to(np.nan, (self.reported.count, n))
         status = np.broadcast_to(np.int8(Status.NOT_REACHED), n)
+        nothing = np.broadcast_to(np.nan, n)
+        verdict = Verdict(status, Stopped(np.broadcast_to(np.intp(0), n), nothing), nothing)
         figures = np.broadcast_to(np.nan, (POINT * len(points), n)) if points else None
         time = motion.window(0, n).time
-        return dataset(self._labels, motion, time, out, status, list(points), figures)
+        return dataset(self._labels, motion, time, out, verdict, list(points), figures)
+
+    def _blame(
+        self, track: Track, status: StatusArray, stopped: Stopped, crossings: Crossings
+    ) -> None:
+        """Name the loop that cannot be closed, where a motion ends out of reach."""
+        ended = np.flatnonzero(np.isin(status, UNREACHED))
+        if not len(ended) or track.ending is None:
+            return
+        chart, driven, out = track.after_end()
+        if not np.isin(classify(out.copy(), chart.layout), UNREACHED).any():
+            return
+        number = self._atlas.loop_stops(chart, driven, out)[0]
+        stopped.number[ended[0]] = number
+        if number and np.isfinite(track.ending.time):
+            crossings.first_at[number] = track.ending.time
 
     def _driving(self, motion: Motion) -> Motion:
         """The motion, its rows in the order of the driven coordinates, if it can be solved."""
@@ -314,16 +354,3 @@ class Solver:
                 f"the driven coordinates {', '.join(self.driven)}",
             )
         return motion.reordered(self.driven)
-
-    def _limit(self, out: FloatArray, status: StatusArray) -> None:
-        rows, low, high = self._limited
-        outside = ((out[rows] < low) | (out[rows] > high)).any(axis=0)
-        if outside.any():
-            status[outside & np.isin(status, SOLVED)] = Status.LIMIT_EXCEEDED
-
-    @cached_property
-    def _limited(self) -> tuple[IndexArray, FloatArray, FloatArray]:
-        """Rows of coordinates that have a limit, and the limits, a column each."""
-        limits = np.array([self.graph.limits(name) for name in self.coordinates]).reshape(-1, 2)
-        rows = np.flatnonzero(np.isfinite(limits).any(axis=1))
-        return rows, limits[rows, :1], limits[rows, 1:]

@@ -42,6 +42,7 @@ class Status(enum.IntEnum):
         return self.name.lower().replace("_", " ")
 
 
+UNREACHED = (Status.ITERATION_LIMIT, Status.OUT_OF_REACH)
 SOLVED = (Status.CONVERGED, Status.LIMIT_EXCEEDED, Status.ANGLES_UNDEFINED)
 
 

@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from parakin import notebook
-from parakin.arrays import ORDERS, PER_TIME, FloatArray, StatusArray
+from parakin.arrays import ORDERS, PER_TIME, FloatArray, IndexArray, StatusArray
 from parakin.errors import InputError, nearest
 from parakin.solving.status import Status
+from parakin.solving.stops import Stops
 
 
 class Tick(NamedTuple):
@@ -17,7 +18,9 @@ class Tick(NamedTuple):
 
     Derivatives that the solver was not compiled for are arrays of no rows. `iterated` are the
     iterated coordinates, if `position` does not contain them: a next call needs them to start from
-    here. `units`: "m" or "rad" for each coordinate.
+    here. `units`: "m" or "rad" for each coordinate. `stopped_by`: the number in `stops` of what
+    stopped it, 0 for nothing; `excess`: how far it is above an upper or, if negative, below a lower
+    limit [SI], NaN where it exceeds none.
 
     Not a Dataset, because building one would take too long in a control loop.
     """
@@ -32,6 +35,19 @@ class Tick(NamedTuple):
     iterated: FloatArray
     coordinates: tuple[str, ...]
     units: tuple[str, ...]
+    stopped_by: int | IndexArray
+    excess: float | FloatArray
+    stops: Stops
+
+    def why(self, pose: int = 0) -> str:
+        """What stopped it, or one pose of a batch: "P6 at 1.262 m, limit 1.260 m", "limb A1, B1, C1
+        cannot reach"; the status in words where that is not known, "" where nothing did.
+        """
+        status, number, excess = (
+            np.atleast_1d(values)[pose] for values in (self.status, self.stopped_by, self.excess)
+        )
+        words = self.stops.words(int(number), float(excess))
+        return words or (Status(int(status)).words if status else "")
 
     def value(self, coordinate: str, quantity: str = "position") -> float | FloatArray:
         """A coordinate's position, velocity, acceleration or jerk: a number or, for a batch, an
@@ -64,6 +80,8 @@ class Tick(NamedTuple):
         quality = ""
         if np.isfinite(self.residual):  # unless compiled without checks
             quality = f"residual {self.residual:.1e} m, conditioning {self.conditioning:.3f}"
+        because = self.stops.words(int(self.stopped_by), float(self.excess))
+        quality = "; ".join(text for text in (because, quality) if text)
         return notebook.heading(Status(int(self.status)).words, quality) + notebook.table(
             ("coordinate", *(name for name, _ in known)), rows
         )

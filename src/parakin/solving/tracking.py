@@ -21,7 +21,7 @@ from parakin.solving.charts import Chart
 from parakin.solving.continuity import shortest_interval
 from parakin.solving.status import Status, classify
 from parakin.solving.stretch import LOOKBACK, Ending, Nodes, Stretch, joined
-from parakin.solving.walking import REGULAR, State, carried_over, walk
+from parakin.solving.walking import REGULAR, State, carried_over, iterate, walk
 
 _AT_ONCE = 512  # steps of the motion's own that are looked at together
 POORER = 30.0  # times: where a plan's figure has fallen by more than that, it is the plan's fault
@@ -55,6 +55,12 @@ class Track:
         self._switched = -np.inf  # when the last chart took over
         self._ending: Ending | None = None
         self._end_reported = False
+        self._since: float | None = None  # the last sample of the window before
+
+    @property
+    def ending(self) -> Ending | None:
+        """The last moment that can be reached, as far as is known."""
+        return self._ending
 
     def solve(self, samples: Samples, *, parallel: bool) -> tuple[list[Piece], StatusArray]:
         """Samples that can be reached, and the status of all; windows come one after the other."""
@@ -62,7 +68,9 @@ class Track:
         status = np.full(n, Status.NOT_REACHED, dtype=np.int8)
         pieces: list[Piece] = []
         if not self._end_reported:
-            self._reach(float(time[0]), float(time[-1]))
+            since = float(time[0]) if self._since is None else self._since
+            self._reach(since, float(time[-1]))
+            self._since = float(time[-1])
             while not self._placed(samples, pieces, parallel):
                 pieces = []
         reached = pieces[-1].stop if pieces else 0
@@ -71,6 +79,35 @@ class Track:
             self._end_reported = True
             status[reached] = self._ending.status
         return pieces, status
+
+    def at(self, time: FloatArray) -> list[Piece]:
+        """Outputs at moments (n,) since the last sample of the window before, as far as the walk
+        has come.
+        """
+        orders = len(self._first.chart.layout.iterated)
+        samples = Samples(time, *self._course.at(time, orders))
+        pieces, start = [], 0
+        for stretch, nodes in self._walks:
+            stop = int(np.searchsorted(time, float(nodes.time[-1]), side="right"))
+            if stop > start:
+                out, _ = stretch.placed(nodes, samples.cropped(start, stop), parallel=False)
+                pieces.append(Piece(start, stop, stretch.chart, out))
+                start = stop
+        return pieces
+
+    def after_end(self) -> tuple[Chart, FloatArray, FloatArray]:
+        """What becomes of the pose just after the ending: the chart, driven values (k, 1) and
+        outputs (rows, 1), of which some are open.
+        """
+        assert self._ending is not None
+        stretch, nodes = self._walks[-1]
+        chart, orders = stretch.chart, len(stretch.chart.layout.iterated)
+        last = max(self._ending.time, float(nodes.time[0]))
+        driven = self._course.at(np.array([last + 2 * shortest_interval(last)]), orders)
+        if self._ending.time < nodes.time[0]:  # on the way to where the motion begins
+            driven = nodes.driven[:orders, :, :1]
+        guess = nodes.out[chart.layout.iterated[0], -1:]
+        return chart, driven[0], iterate(chart, driven.reshape(-1, 1), guess)
 
     def _placed(self, samples: Samples, pieces: list[Piece], parallel: bool) -> bool:
         """Put samples on the walk. False if one did not fit, and the walk was looked into."""

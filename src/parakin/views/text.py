@@ -285,16 +285,23 @@ def solve_report(ds: xr.Dataset, found: Extremes, seconds: float) -> RenderableT
 
 
 def flag_words(found: Extremes) -> str:
-    """How many samples are flagged, for what reason, and the first; "" if there are none."""
-    if found.first_flag is None:
+    """How many samples are flagged, for what reason, the first, and when each other stop is first
+    met; "" if there are none.
+    """
+    first = found.first_flag
+    if first is None:
         return ""
-    index, time, status = found.first_flag
     each = ", ".join(
         f"{int(count):,} {Status(k).words}"
         for k, count in enumerate(found.counts)
         if count and k != Status.CONVERGED
     )
-    return f"flagged: {each}; the first at sample {index}, t = {time:.6g} s: {status.words}"
+    words = f"flagged: {each}; the first at sample {first.sample}, t = {first.time:.6g} s: "
+    words += f"{first.status.words}{first.because and f' ({first.because})'}"
+    others = sorted((at, name) for name, at in found.met.items() if name not in first.because)
+    if others:
+        words += f"; then {', '.join(f'{name} at t = {at:.4g} s' for at, name in others)}"
+    return words
 
 
 def _time(seconds: float) -> str:

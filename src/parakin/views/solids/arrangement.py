@@ -189,7 +189,8 @@ class Arrangement:
         """The ends of a slide's travel [m], counted as its coordinate: limits, or around home."""
         joint = self.graph.joints[number]
         k = joint.first + (joint.kind == "cylindrical")
-        home, (low, high) = self.travel(joint), self.graph.coordinates[k].limits
+        home = self.travel(joint)
+        low, high = self.graph.limits(self.graph.coordinates[k].name)
         if np.isfinite(low) and np.isfinite(high) and joint.kind != "helical":
             start = float(self.q[k]) if k in self.graph.from_home else 0.0
             return low + start, high + start

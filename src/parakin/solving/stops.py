@@ -1,0 +1,189 @@
+"""What stops a mechanism: limits that its file declares, and loops that cannot be closed.
+
+Stops have numbers: 0 is none, then come the limits, then the loops of a plan's blocks. Results
+carry the number for every sample, and by how much a limit is exceeded.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from parakin.arrays import PER_TIME, BoolArray, FloatArray, IndexArray
+from parakin.kernel.outputs import Outputs
+from parakin.kinematics.loops import sides
+from parakin.kinematics.recursion import Circuits
+from parakin.model.graph import Graph
+from parakin.model.limits import Limit
+from parakin.planning.plan import Block, Plan
+
+_ROUNDING = 1e-12  # of a limit, and of its unit: beyond it by less is rounding
+
+
+@dataclass(frozen=True)
+class Stops:
+    """By number, what can stop a mechanism.
+
+    names: "", "P1", "P1.velocity", "B.cone", ..., "limb A1, B1, C1", ... units: of limits, in SI;
+    low, high: the limits, NaN for what is none. joints: the names of those concerned. blocks: by
+    block of the plan, the number of its loops.
+    """
+
+    names: tuple[str, ...] = ("",)
+    units: tuple[str, ...] = ("",)
+    low: tuple[float, ...] = (math.nan,)
+    high: tuple[float, ...] = (math.nan,)
+    joints: tuple[tuple[str, ...], ...] = ((),)
+    blocks: tuple[int, ...] = ()
+
+    def most_like(self, joints: tuple[str, ...]) -> int:
+        """The number of the loops that share most joints with these; 0 if none shares any."""
+        shared = {number: len({*joints} & {*self.joints[number]}) for number in self.blocks}
+        best = max(shared, key=lambda number: shared[number], default=0)
+        return best if shared.get(best) else 0
+
+    def words(self, number: int, excess: float) -> str:
+        """For example "P6 at 1.262 m, limit 1.260 m" or "limb A1, B1, C1 cannot reach"; "" for
+        none.
+        """
+        name, unit = self.names[number], self.units[number]
+        if not unit:
+            return name and f"{name} cannot {'reach' if name.startswith(_LIMB) else 'close'}"
+        per_si, shown = 1.0, f" {unit}"
+        if unit.startswith("rad"):
+            per_si, shown = math.degrees(1.0), unit.replace("rad", "°")
+        end = per_si * (self.high if excess > 0.0 else self.low)[number]
+        by = per_si * excess
+        # As many digits as tell the two apart.
+        digits = min(max(3, 1 - math.floor(math.log10(abs(by)))), 15) if by else 3
+        return f"{name} at {end + by:z.{digits}f}{shown}, limit {end:z.{digits}f}{shown}"
+
+
+_LIMB, _LOOP = "limb", "loop"
+
+
+def stops_of(plan: Plan) -> Stops:
+    """The limits of a plan's mechanism, and the loops of each of its blocks."""
+    graph = plan.graph.plain
+    rows: list[tuple[str, str, float, float, tuple[str, ...]]] = [("", "", math.nan, math.nan, ())]
+    for limit in graph.limited:
+        unit = ("rad" if graph.is_angle(limit.coordinate) else "m") + PER_TIME[limit.order]
+        joint = graph.joints[graph.holder(limit.coordinate)].name
+        rows.append((limit.name, unit, limit.low, limit.high, (joint,)))
+    blocks: list[int] = []
+    for block in plan.blocks:
+        joints = _joints(plan, block)
+        named = tuple(graph.joints[k].name for k in joints if k != graph.platform)
+        kind = _LIMB if graph.platform in joints else _LOOP
+        several = "s" if len({row.cut for row in block.rows}) > 1 else ""
+        row = (f"{kind}{several} {', '.join(named)}", "", math.nan, math.nan, named)
+        if row[0] not in (known[0] for known in rows):
+            rows.append(row)
+        blocks.append([known[0] for known in rows].index(row[0]))
+    names, units, low, high, concerned = zip(*rows, strict=True)
+    return Stops(names, units, low, high, concerned, tuple(blocks))
+
+
+def _joints(plan: Plan, block: Block) -> list[int]:
+    """The joints of a block's loops, those cut among them, in the order of the file."""
+    graph, circuits = plan.graph, Circuits(plan.graph, plan.tree)
+    cuts = {row.cut for row in block.rows}
+    along = {graph.coordinates[k].joint for cut in cuts for k in sides(circuits, cut)}
+    return [k for k in sorted(cuts | along) if k < len(graph.plain.joints)]
+
+
+def beyond_limits(graph: Graph, positions: Mapping[str, float]) -> tuple[str, ...]:
+    """The names of the limits on positions and cone angles that these exceed; NaN does."""
+    return tuple(
+        limit.name
+        for limit in graph.limited
+        if limit.order == 0
+        and not limit.excess(positions[limit.coordinate]) <= _slack_of(graph, limit)
+    )
+
+
+def _slack_of(graph: Graph, limit: Limit) -> float:
+    """What of going beyond a limit is rounding."""
+    unit = 1.0 if graph.is_angle(limit.coordinate) else graph.length
+    return _ROUNDING * (unit + max(abs(end) for end in limit.ends if math.isfinite(end)))
+
+
+@dataclass(frozen=True)
+class LimitRows:
+    """Rows of a kernel's outputs that are limited, with their limits, and what of going beyond
+    them is rounding; numbers: of the stops.
+    """
+
+    numbers: IndexArray
+    rows: IndexArray
+    low: FloatArray
+    high: FloatArray
+    slack: FloatArray
+
+    @staticmethod
+    def of(graph: Graph, outputs: Outputs) -> LimitRows:
+        """All limits of what is known: positions, and as many derivatives as there are."""
+        place = {c: row for row, c in enumerate(outputs.coordinates)}
+        numbers = {c.name: k for k, c in enumerate(graph.plain.coordinates)}
+        found = []
+        for number, limit in enumerate(graph.limited, start=1):
+            coordinate: int | str = numbers.get(limit.coordinate, limit.coordinate)
+            if coordinate not in place or limit.order > outputs.derivatives:
+                continue
+            row = outputs.derivative(place[coordinate], limit.order)
+            found.append((number, row, *limit.ends, _slack_of(graph, limit)))
+        chosen, rows, low, high, slack = np.array(found, dtype=float).reshape(-1, 5).T
+        return LimitRows(chosen.astype(np.intp), rows.astype(np.intp), low, high, slack)
+
+    def kept(self, out: FloatArray) -> bool:
+        """Whether outputs (rows,) of one pose are within all limits; NaN is not."""
+        if not len(self.rows):
+            return True
+        low, high = self._ends
+        values = out[self.rows].tolist()
+        return all(a <= x <= b for a, x, b in zip(low, values, high, strict=True))
+
+    @cached_property
+    def _ends(self) -> tuple[list[float], list[float]]:
+        return (self.low - self.slack).tolist(), (self.high + self.slack).tolist()
+
+    def beyond(self, out: FloatArray) -> BoolArray:
+        """Which limits (L, n) outputs (rows, n) are beyond. What is undefined is beyond none."""
+        values = out[self.rows]
+        below = values < (self.low - self.slack)[:, None]
+        found: BoolArray = below | (values > (self.high + self.slack)[:, None])
+        return found
+
+    def stopped(self, out: FloatArray) -> Stopped:
+        """The limit that each sample (rows, n) exceeds, by the greatest part of its range."""
+        found, beyond = Stopped.by_nothing(out.shape[1]), self.beyond(out)
+        samples = np.flatnonzero(beyond.any(axis=0))
+        if len(samples):
+            values = out[np.ix_(self.rows, samples)]
+            low, high = self.low[:, None], self.high[:, None]
+            excess = np.where(values < low, values - low, values - high)
+            excess[~beyond[:, samples]] = 0.0
+            span = high - low
+            parts = np.abs(excess) / np.where(np.isfinite(span), span, 1.0)
+            worst = np.argmax(parts, axis=0)
+            found.number[samples] = self.numbers[worst]
+            found.excess[samples] = excess[worst, np.arange(len(samples))]
+        return found
+
+
+class Stopped(NamedTuple):
+    """What stops each of n samples, by number, and the excess: how far above its upper limit or,
+    if negative, below its lower one something is [SI]; NaN where no limit stops the sample.
+    """
+
+    number: IndexArray
+    excess: FloatArray
+
+    @staticmethod
+    def by_nothing(n: int) -> Stopped:
+        return Stopped(np.zeros(n, dtype=np.intp), np.full(n, np.nan))
