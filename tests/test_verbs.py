@@ -37,7 +37,9 @@ def test_importing_costs_nothing() -> None:
 @pytest.mark.parametrize("given", ["delta", parakin.load("delta")], ids=["name", "mechanism"])
 def test_check(given: str | parakin.Mechanism) -> None:
     """A Delta with balls has three freedoms."""
-    assert parakin.check(given).generic == 3
+    found = parakin.check(given)
+    assert found.mobility.generic == 3
+    assert (found.refusal, found.warnings) == (None, ())
 
 
 def test_check_reads_the_motions_as_the_command_does(

@@ -20,43 +20,23 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from parakin.analysis.mobility import Mobility
-    from parakin.kinematics.configuration import Configuration
+    from parakin.analysis.diagnosis import Diagnosis
     from parakin.model.expressions import Value
-    from parakin.model.graph import Graph
     from parakin.motion.motion import Motion
     from parakin.solving.solver import Solver
     from parakin.views.browser.viewer import Viewer
 
 
-def check(mechanism: Mechanism | str | Path) -> Mobility:
-    """Assemble a mechanism and determine its mobility, redundancy and idle freedoms.
+def check(mechanism: Mechanism | str | Path) -> Diagnosis:
+    """Assemble a mechanism; determine its mobility, redundancy and idle freedoms; and find what
+    would be refused or flagged, or is likely a slip.
 
     Raises InputError, on a bad motion of the mechanism too, and AssemblyError.
     """
-    from parakin.analysis.mobility import mobility
+    from parakin.analysis.diagnosis import diagnosis
     from parakin.files.reading import loaded
-    from parakin.kinematics.assembly import assembled
-    from parakin.model.evaluation import graph_of
 
-    graph = graph_of(loaded(mechanism))
-    home = assembled(graph)
-    found = mobility(graph, home, len(graph.mechanism.driven))
-    check_motions(graph, home)
-    return found
-
-
-def check_motions(graph: Graph, home: Configuration) -> None:
-    """Raises InputError if one of the mechanism's own motions makes no sense."""
-    from parakin.files.reading import load_motion
-
-    mechanism = graph.mechanism
-    driven = [graph.index(name, "driven") for name in mechanism.driven]
-    values = {
-        graph.coordinates[k].name: 0.0 if k in graph.from_home else float(home.q[k]) for k in driven
-    }
-    for motion in mechanism.motions if driven else ():
-        load_motion(motion, graph, values)
+    return diagnosis(loaded(mechanism))
 
 
 def draw(mechanism: Mechanism | str | Path, path: str | Path | None = None) -> Figure:

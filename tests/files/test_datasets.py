@@ -36,7 +36,7 @@ def test_csv_has_the_columns_told_and_every_bit(
     assert run(*SOLVE, "-o", "general.csv")[0] == 0
     header, values = read_csv(Path("general.csv").read_text())
     coordinates = [f"{name}.{order}" for name in solver.coordinates for order in ORDERS[:3]]
-    assert header == ["time", *coordinates, "status", "residual"]
+    assert header == ["time", *coordinates, "status", "residual", "stopped_by"]
     for name in ("A2", "B3", "C3", "platform.x", "platform.y", "platform.phi", "platform.psi"):
         assert name in solver.coordinates
     expected = datasets.frame(general.drop_dims("body")).to_numpy(dtype=float)
@@ -68,7 +68,7 @@ def test_parquet_holds_the_same_table_as_csv(run: Parakin, general: xr.Dataset) 
     )
 
 
-def test_bodies_come_before_the_last_two_columns(run: Parakin, general: xr.Dataset) -> None:
+def test_bodies_come_before_the_last_three_columns(run: Parakin, general: xr.Dataset) -> None:
     assert run(*SOLVE, "-o", "bodies.csv", "--bodies")[0] == 0
     header, values = read_csv(Path("bodies.csv").read_text())
     vectors = ("position", "velocity", "angular_velocity", "acceleration", "angular_acceleration")
@@ -76,7 +76,7 @@ def test_bodies_come_before_the_last_two_columns(run: Parakin, general: xr.Datas
         for vector in vectors:
             assert [f"{body}.{vector}.{axis}" in header for axis in "xyz"] == [True] * 3
         assert [f"{body}.orientation.{part}" in header for part in "wxyz"] == [True] * 4
-    assert header[-2:] == ["status", "residual"]
+    assert header[-3:] == ["status", "residual", "stopped_by"]
     column = values[:, header.index("rod.angular_velocity.z")]
     np.testing.assert_array_equal(
         column, general["body_angular_velocity"].sel(body="rod", axis="z")

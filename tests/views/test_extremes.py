@@ -15,9 +15,19 @@ def window(time: np.ndarray, rows: np.ndarray) -> xr.Dataset:
     over = ("time", "coordinate")
     orders = dict.fromkeys(("position", "velocity", "acceleration"), (over, rows))
     figures = {name: ("time", time / len(time)) for name in ("residual", "conditioning")}
-    status = {"status": ("time", np.where(np.isnan(rows[:, 0]), 2, 0).astype(np.int8))}
-    coordinates = {"time": time, "coordinate": ["a", "b"]}
-    return xr.Dataset(orders | figures | status, coordinates)
+    lost = np.isnan(rows[:, 0])
+    status = {
+        "status": ("time", np.where(lost, 2, 0).astype(np.int8)),
+        "stopped_by": ("time", np.where(lost, 1, 0).astype(np.int16)),
+        "excess": ("time", np.full(len(time), np.nan)),
+        "first_at": ("time", np.where(lost, 149.5, np.nan)),
+        "limit_low": ("stop", [np.nan, np.nan]),
+        "limit_high": ("stop", [np.nan, np.nan]),
+    }
+    stops = {"stop": ["", "limb A"], "stop_unit": ("stop", ["", ""])}
+    coordinates = {"time": time, "coordinate": ["a", "b"]} | stops
+    met = "limb A at t = 149.5 s" if time[-1] > 149 else ""
+    return xr.Dataset(orders | figures | status, coordinates, {"stops_met": met})
 
 
 def test_extremes_of_windows_are_those_of_the_whole() -> None:
@@ -36,7 +46,9 @@ def test_extremes_of_windows_are_those_of_the_whole() -> None:
     assert found.peak(1, 0) == (abs(float(rows[peak, 0])), float(peak))
     assert np.isnan(found.high[:, 1]).all()
     assert found.samples == 1000
-    assert found.first_flag == (150, 150.0, Status.OUT_OF_REACH)
+    words = "out of reach: limb A cannot reach, first at t = 149.5 s"
+    assert found.first_flag == (150, 150.0, Status.OUT_OF_REACH, words)
+    assert found.met == "limb A at t = 149.5 s"
     assert found.counts[Status.OUT_OF_REACH] == 50
 
 

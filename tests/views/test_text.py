@@ -68,10 +68,7 @@ def test_too_few_freedoms_and_the_joints_that_cause_it() -> None:
 
 
 def test_home_in_millimetres_and_degrees() -> None:
-    mechanism = parakin.load("four-bar")
-    graph = graph_of(mechanism)
-    home = assembled(graph)
-    text = printed(mechanism_report(graph, home.q, mobility(graph, home, 1)))
+    text = printed(mechanism_report(parakin.check("four-bar")))
     (row,) = (line for line in text.splitlines() if line.startswith("A *"))
     assert row.split()[2:4] == ["40.0000", "deg"]  # as its file has it
     assert "source: " in text

@@ -74,6 +74,11 @@ class Mobility:
         return min((self.home, *self.nearby))
 
     @property
+    def special(self) -> bool:
+        """Whether home has another mobility than configurations around it."""
+        return bool(self.nearby) and self.home != min(self.nearby)
+
+    @property
     def redundant(self) -> int:
         """Closure rows that say nothing new at home."""
         return self.rows - self.rank

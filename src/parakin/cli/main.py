@@ -97,11 +97,8 @@ def _view(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from parakin.analysis.mobility import mobility
+    from parakin.analysis.diagnosis import diagnosis
     from parakin.files.reading import expanded
-    from parakin.kinematics.assembly import assembled
-    from parakin.model.evaluation import graph_of
-    from parakin.verbs import check_motions
     from parakin.views.text import mechanism_report
 
     mechanism = load_mechanism(options)
@@ -109,12 +106,11 @@ def _check(options: argparse.Namespace) -> int:
         with flushed_stdout():
             sys.stdout.write(expanded(options.mechanism, parameters(options.set), options.loops))
         return 0
-    graph = graph_of(mechanism)
-    home = assembled(graph)
-    found = mobility(graph, home, len(graph.mechanism.driven))
-    check_motions(graph, home)
-    say(mechanism_report(graph, home.q, found))
-    return 0
+    found = diagnosis(mechanism)
+    say(mechanism_report(found))
+    if found.refusal is not None:
+        raise found.refusal
+    return 1 if found.warnings else 0
 
 
 def _modes(options: argparse.Namespace) -> int:

@@ -37,9 +37,9 @@ def check_output(path: Path) -> None:
 
 def frame(ds: xr.Dataset) -> pd.DataFrame:
     """The Dataset as a flat table, SI, a row per sample: `time`, `A2.position`, ..., `status`,
-    `residual`, `stopped_by` (the name, empty for nothing), `excess`, `first_at`.
+    `residual`, `stopped_by`: numbers alone, so that any program can read them.
 
-    Bodies, if there are any, come before `status`: `rod.position.x`, ...
+    Bodies, if there are any, come before the last three: `rod.position.x`, ...
     """
     import pandas as pd
 
@@ -56,11 +56,7 @@ def frame(ds: xr.Dataset) -> pd.DataFrame:
                     columns[f"{body}.{label}.{axis}"] = ds[variable].values[:, b, a]
     columns["status"] = ds["status"].values
     columns["residual"] = ds["residual"].values
-    columns["stopped_by"] = pd.Categorical.from_codes(
-        ds["stopped_by"].values, ds["stop"].values.tolist()
-    )
-    columns["excess"] = ds["excess"].values
-    columns["first_at"] = ds["first_at"].values
+    columns["stopped_by"] = ds["stopped_by"].values
     return pd.DataFrame(columns)
 
 
@@ -100,7 +96,8 @@ def _parquet(windows: Iterable[xr.Dataset], path: Path) -> None:
         for ds in windows:
             table = pa.Table.from_pandas(frame(ds), preserve_index=False)
             if writer is None:
-                meta = {k: str(v) for k, v in ds.attrs.items()}
+                known = ds.attrs.items()  # but not what later windows will know better
+                meta = {k: str(v) for k, v in known if k != "stops_met"}
                 schema = table.schema.with_metadata({**(table.schema.metadata or {}), **meta})
                 writer = pq.ParquetWriter(path, schema)
             writer.write_table(table.cast(writer.schema))
@@ -143,12 +140,16 @@ def _netcdf(windows: Iterable[xr.Dataset], path: Path) -> None:
         if "coordinate" in first:
             for name in (name for name in (*ORDERS, "home") if name in first):
                 file[name].attrs["coordinates"] = "unit actuated driven"
+        if "stop" in first:
+            for name in ("limit_low", "limit_high"):
+                file[name].attrs["coordinates"] = "stop_unit"
         _append(file, first, 0)
         total = first.sizes["time"]
         for ds in iterator:
             stream.raise_failure()
             _append(file, ds, total)
             total += ds.sizes["time"]
+            file.attrs["stops_met"] = ds.attrs["stops_met"]  # those of the windows before too
 
 
 class _DeferredFailure(io.FileIO):

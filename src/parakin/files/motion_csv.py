@@ -21,7 +21,7 @@ from parakin.motion.sampled import from_arrays
 
 MAX_BYTES = 2 * 10**9
 _RESULTS = re.compile(  # columns of our own results other than those of driven coordinates
-    r"status|residual|conditioning"
+    r"status|residual|conditioning|stopped_by"
     r"|.+\.(orientation|(angular_)?(position|velocity|acceleration|jerk))(\.[wxyz])?"
 )
 _COLUMN = re.compile(r"([^\[\]]*?)\s*(?:\[(.*)\])?")
@@ -50,7 +50,8 @@ def read_motion_csv(
     decimal point. Lines with # may precede the header. The text is UTF-8.
 
     So that a result can be a motion, columns of bodies and of other coordinates are ignored if
-    they name their quantity (`A2.position`), and so are status, residual and conditioning.
+    they name their quantity (`A2.position`), and so are `status`, `residual`, `conditioning` and
+    `stopped_by`.
 
     dimensions: LENGTH or ANGLE, by driven coordinate. smoothing, max_gap: as in `from_arrays`.
     Raises InputError, with the file and, where possible, line and column, on anything else.

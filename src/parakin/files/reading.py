@@ -13,7 +13,7 @@ from parakin.files.mechanism_toml import mechanism_from_table, table_at
 from parakin.files.motion_csv import read_motion_csv
 from parakin.files.motion_toml import motion_from_table
 from parakin.files.parsing import parse_toml, parse_xml, parse_yaml, read_text
-from parakin.model.expressions import Parameters, Value
+from parakin.model.expressions import Bare, Parameters, Value
 from parakin.model.graph import Graph
 from parakin.model.limbs import expand_limbs
 from parakin.model.mechanism import Mechanism
@@ -180,13 +180,14 @@ def load_motion(
     rate: float | None = None,
     smoothing: Mapping[str, float] | float | None = None,
     max_gap: float | None = None,
+    bare: list[Bare] | None = None,
 ) -> Motion:
     """A motion of the mechanism by name, or from a TOML or CSV file by path.
 
     driven: home positions of the driven coordinates [m or rad]. rate: samples per second, for
     motions given by laws. smoothing: standard deviation of the noise in sampled positions [m or
-    rad], one for all or by coordinate. max_gap: longest step allowed between samples [s].
-    Raises InputError.
+    rad], one for all or by coordinate. max_gap: longest step allowed between samples [s]. bare: a
+    list that takes note of numbers without a unit. Raises InputError.
     """
     mechanism = graph.mechanism
     dimensions = {name: graph.dimension(graph.index(name, "driven")) for name in driven}
@@ -214,5 +215,5 @@ def load_motion(
     for option, given in (("smoothing", smoothing), ("max_gap", max_gap)):
         if given is not None:
             raise InputError(place, f"{option} for a motion given by laws", "one given by samples")
-    parameters = Parameters(mechanism.parameters, mechanism.where)
+    parameters = Parameters(mechanism.parameters, mechanism.where, bare)
     return motion_from_table(table, name, parameters, driven, dimensions, place, rate=rate)

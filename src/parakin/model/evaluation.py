@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, ZERO, Pose, Vector
 from parakin.errors import InputError, nearest
-from parakin.model.expressions import ANGLE, LENGTH, Dimension, Parameters
+from parakin.model.expressions import ANGLE, LENGTH, Bare, Dimension, Parameters
 from parakin.model.graph import Graph
 from parakin.model.joints import PAIRS, THETA, Z_TURN, Coordinate, GraphJoint, Pair
 from parakin.model.limits import limits_of
@@ -17,13 +17,13 @@ from parakin.model.placement import AXES, evaluated, placement_of
 _CONED = ("spherical", "universal")  # kinds of joints that have a cone angle
 
 
-def graph_of(mechanism: Mechanism) -> Graph:
-    """A mechanism in numbers, SI.
+def graph_of(mechanism: Mechanism, bare: list[Bare] | None = None) -> Graph:
+    """A mechanism in numbers, SI. bare: a list that takes note of numbers without a unit.
 
     Raises InputError at the first expression that cannot be evaluated.
     """
     where = mechanism.where
-    parameters = Parameters(mechanism.parameters, where)
+    parameters = Parameters(mechanism.parameters, where, bare)
     values = parameters.all()
     others = [body.name for body in mechanism.bodies if body.name != mechanism.base]
     bodies = {name: k for k, name in enumerate([mechanism.base, *others])}

@@ -19,7 +19,7 @@ import unicodedata
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from parakin.errors import InputError, nearest
 
@@ -48,6 +48,14 @@ _QUANTITY = re.compile(  # the whole number: 1e-3 is not one e (electron charge)
     r"((?:[^\W\d_]|°)+(?:/s(?:\^[23]|\*\*[23]|[²³])?)?)(?![\w.(])"
 )
 _SI = {"meter": 0, "second": 1, "radian": 2}
+
+
+class Bare(NamedTuple):
+    """A number without a unit where one with a unit may stand, taken as SI."""
+
+    place: str
+    value: float
+    dimension: Dimension
 
 
 @dataclass(frozen=True)
@@ -233,10 +241,14 @@ def is_parameter_name(name: str) -> bool:
 class Parameters:
     """Named values, each a number or an expression in the others, evaluated on demand to SI.
 
-    owner: prefix of the places in messages, such as a file.
+    owner: prefix of the places in messages, such as a file. bare: a list that takes note of
+    numbers without a unit; those in which pi occurs are sure to be radians.
     """
 
-    def __init__(self, expressions: Mapping[str, Value], owner: str = "") -> None:
+    def __init__(
+        self, expressions: Mapping[str, Value], owner: str = "", bare: list[Bare] | None = None
+    ) -> None:
+        self._bare = bare
         self._prefix = f"{owner}: " if owner else ""
         self._expressions = dict(expressions)
         self._values: dict[str, _Quantity] = {"pi": _Quantity(math.pi, BARE)}
@@ -253,6 +265,8 @@ class Parameters:
             raise InputError(
                 place, f"{text!r}, {_describe(quantity.dimension)}", _describe(dimension)
             )
+        if self._bare is not None and quantity.dimension == BARE and "pi" not in str(text):
+            self._bare.append(Bare(place, quantity.value, dimension))
         return quantity.value
 
     def all(self) -> dict[str, float]:

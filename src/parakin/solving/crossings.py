@@ -20,8 +20,15 @@ class Crossings:
 
     def __init__(self, stops: Stops, track: Track) -> None:
         self.first_at = np.full(len(stops.names), np.nan)
-        self._track = track
+        self._track, self._names = track, stops.names
         self._last: float | None = None  # time of the last sample
+
+    @property
+    def words(self) -> str:
+        """Every stop met so far, and when: "P6 at t = 0.88 s, S2.cone at t = 1.2 s"."""
+        met = np.flatnonzero(np.isfinite(self.first_at)).tolist()
+        met.sort(key=lambda number: float(self.first_at[number]))
+        return ", ".join(f"{self._names[k]} at t = {self.first_at[k]:.4g} s" for k in met)
 
     def note(self, time: FloatArray, pieces: list[Piece]) -> None:
         """Look at one more window: the times of its samples, and what is solved of it."""

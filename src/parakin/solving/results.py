@@ -75,12 +75,13 @@ class Labels:
 
 class Verdict(NamedTuple):
     """What became of n samples: their status, what stopped each, and when that was first met [s],
-    NaN where nothing did.
+    NaN where nothing did; met: in words, all stops met so far and when.
     """
 
     status: StatusArray
     stopped: Stopped
     first_at: FloatArray
+    met: str = ""
 
 
 def dataset(
@@ -128,6 +129,7 @@ def dataset(
         "motion": motion.name,
         "motion_derivatives": motion.derivatives,
         "characteristic_length": of.graph.length,
+        "stops_met": verdict.met,
     }
     common, indexes = of.common
     indexes = indexes | {n: xr.indexes.PandasIndex(v.values, n) for n, v in labels.items()}
@@ -162,12 +164,10 @@ def require_solved(ds: xr.Dataset) -> xr.Dataset:
     if len(flagged):
         i = int(flagged[0])
         worst = np.fmax.reduce(ds["residual"].values, initial=0.0)
-        because = stop_words(ds, i)
         raise NotSolvedError(
             f"{ds.attrs['mechanism']}, {ds.attrs['motion']}: {len(flagged)} of {len(status)} "
             f"samples are flagged; the first, {i} at t = {float(ds['time'][i]):.6g} s, is "
-            f"{Status(int(status[i])).words}{because and f' ({because})'}; worst residual of the "
-            f"rest {worst:.1e}"
+            f"{flag_words(ds, i)}; worst residual of the rest {worst:.1e}"
         )
     return ds
 
@@ -188,17 +188,22 @@ def _stops(stops: Stops, verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def stop_words(ds: xr.Dataset, sample: int) -> str:
-    """What stopped a sample of a result, by how much, and when first, as far as is known; "" if
-    that is not known. For example "P6 at 1.262 m, limit 1.260 m, first at t = 0.88 s".
+def flag_words(ds: xr.Dataset, sample: int) -> str:
+    """A sample's status in words and what stopped it, by how much and when first, as far as that is
+    known; "" where it converged. For example "limit exceeded: P6 at 1.262 m, limit 1.260 m, first
+    at t = 0.88 s".
     """
-    number = int(ds["stopped_by"].values[sample])
-    columns = (
-        ds[name].values.tolist() for name in ("stop", "stop_unit", "limit_low", "limit_high")
-    )
-    words = Stops(*map(tuple, columns)).words(number, float(ds["excess"].values[sample]))
-    first = float(ds["first_at"].values[sample])
-    return f"{words}, first at t = {first:.4g} s" if words and np.isfinite(first) else words
+    status, first = Status(int(ds["status"].values[sample])), float(ds["first_at"].values[sample])
+    since = f"first at t = {first:.4g} s" if np.isfinite(first) else ""
+    because = ", ".join(filter(None, (stop_words(ds, sample), since)))
+    return "" if status == Status.CONVERGED else ": ".join(filter(None, (status.words, because)))
+
+
+def stop_words(ds: xr.Dataset, sample: int) -> str:
+    """What stopped a sample of a result and by how much; "" if that is not known."""
+    known = ("stop", "stop_unit", "limit_low", "limit_high")
+    number, excess = int(ds["stopped_by"].values[sample]), float(ds["excess"].values[sample])
+    return Stops(*(tuple(ds[name].values.tolist()) for name in known)).words(number, excess)
 
 
 @functools.cache

@@ -300,7 +300,7 @@ class Solver:
             crossings.note(samples.time, pieces)
             self._blame(track, status, stopped, crossings)
             figures = self._atlas.figures(points, pieces, samples, parallel) if points else None
-            verdict = Verdict(status, stopped, crossings.first_at[stopped.number])
+            verdict = Verdict(status, stopped, crossings.first_at[stopped.number], crossings.words)
             ds = dataset(
                 self._labels, motion, samples.time, out, verdict, list(points), figures, last
             )

@@ -60,7 +60,7 @@ class Stops:
         end = per_si * (self.high if excess > 0.0 else self.low)[number]
         by = per_si * excess
         # As many digits as tell the two apart.
-        digits = min(max(3, 1 - math.floor(math.log10(abs(by)))), 15) if by else 3
+        digits = min(max(3, -math.floor(math.log10(abs(by)))), 15) if by else 3
         return f"{name} at {end + by:z.{digits}f}{shown}, limit {end:z.{digits}f}{shown}"
 
 
@@ -72,9 +72,8 @@ def stops_of(plan: Plan) -> Stops:
     graph = plan.graph.plain
     rows: list[tuple[str, str, float, float, tuple[str, ...]]] = [("", "", math.nan, math.nan, ())]
     for limit in graph.limited:
-        unit = ("rad" if graph.is_angle(limit.coordinate) else "m") + PER_TIME[limit.order]
         joint = graph.joints[graph.holder(limit.coordinate)].name
-        rows.append((limit.name, unit, limit.low, limit.high, (joint,)))
+        rows.append((limit.name, _unit(graph, limit), limit.low, limit.high, (joint,)))
     blocks: list[int] = []
     for block in plan.blocks:
         joints = _joints(plan, block)
@@ -102,9 +101,29 @@ def beyond_limits(graph: Graph, positions: Mapping[str, float]) -> tuple[str, ..
     return tuple(
         limit.name
         for limit in graph.limited
-        if limit.order == 0
-        and not limit.excess(positions[limit.coordinate]) <= _slack_of(graph, limit)
+        if limit.order == 0 and not keeps(graph, limit, positions[limit.coordinate])
     )
+
+
+def beyond_words(graph: Graph, positions: Mapping[str, float]) -> list[str]:
+    """Each of these limits in words: "P6 at 1.262 m, limit 1.260 m"."""
+    words = []
+    for limit in graph.limited:
+        if limit.name in beyond_limits(graph, positions):
+            value, unit = positions[limit.coordinate], _unit(graph, limit)
+            excess = value - (limit.high if value > limit.high else limit.low)
+            one = Stops(("", limit.name), ("", unit), (math.nan, limit.low), (math.nan, limit.high))
+            words.append(one.words(1, excess))
+    return words
+
+
+def _unit(graph: Graph, limit: Limit) -> str:
+    return ("rad" if graph.is_angle(limit.coordinate) else "m") + PER_TIME[limit.order]
+
+
+def keeps(graph: Graph, limit: Limit, value: float) -> bool:
+    """Whether a value keeps a limit, but for rounding; NaN does not."""
+    return limit.excess(value) <= _slack_of(graph, limit)
 
 
 def _slack_of(graph: Graph, limit: Limit) -> float:

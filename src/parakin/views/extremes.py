@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from parakin.arrays import ORDERS, FloatArray, IntArray
-from parakin.solving.results import stop_words
+from parakin.solving.results import flag_words
 from parakin.solving.status import Status
 
 if TYPE_CHECKING:
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 class Flag(NamedTuple):
-    """A flagged sample: its number, time [s], status, and what stopped it in words, if known."""
+    """A flagged sample: its number, time [s], status, and both in words."""
 
     sample: int
     time: float
     status: Status
-    because: str
+    words: str
 
 
 @dataclass
@@ -30,8 +30,8 @@ class Extremes:
     """The least and greatest position, velocity, acceleration and, if the result has it, jerk of
     each coordinate (orders, n) [SI], with their times [s]; NaN if nothing is solved.
 
-    `counts`: samples by status; `first_flag`: the first flagged sample; `met`: by name of each stop
-    that was met, when first [s].
+    `counts`: samples by status; `first_flag`: the first flagged sample; `met`: all
+    limits and loops that stopped it, and when first, in words.
     """
 
     coordinates: Sequence[str]
@@ -44,7 +44,7 @@ class Extremes:
     conditioning: float = 1.0
     samples: int = 0
     first_flag: Flag | None = None
-    met: dict[str, float] = field(default_factory=dict)
+    met: str = ""
 
     def peak(self, order: int, k: int) -> tuple[float, float]:
         """The largest magnitude of a derivative of coordinate k, and its time."""
@@ -82,12 +82,8 @@ def extremes(ds: xr.Dataset, before: Extremes | None = None) -> Extremes:
     if found.first_flag is None and status.any():
         i = int(np.argmax(status != 0))
         found.first_flag = Flag(
-            found.samples + i, float(time[i]), Status(int(status[i])), stop_words(ds, i)
+            found.samples + i, float(time[i]), Status(int(status[i])), flag_words(ds, i)
         )
-    names = ds["stop"].values.tolist()
-    numbers, samples = np.unique(ds["stopped_by"].values, return_index=True)
-    for number, at in zip(numbers.tolist(), ds["first_at"].values[samples].tolist(), strict=True):
-        if np.isfinite(at) and names[number] not in found.met:
-            found.met[names[number]] = at
+    found.met = ds.attrs["stops_met"]
     found.samples += len(status)
     return found

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from parakin.arrays import FloatArray, IntArray
 from parakin.errors import InputError
 from parakin.files.writing import check_suffix, replacing
-from parakin.solving.status import Status
+from parakin.solving.results import flag_words
 from parakin.views.plots import draw_histories
 from parakin.views.solids.drawing import Drawing
 from parakin.views.solids.painting import Painter
@@ -49,7 +49,7 @@ class Timing(NamedTuple):
 
 def timing(ds: xr.Dataset) -> Timing:
     """Frames at `RATE` up to the last sample with a pose. Raises InputError if none has one."""
-    time, status = ds["time"].values, ds["status"].values
+    time = ds["time"].values
     posed = np.flatnonzero(np.isfinite(ds["body_position"].values).all(axis=(1, 2)))
     if not len(posed):
         raise InputError(f"motion {ds.attrs['motion']}", "no sample with a pose", "at least one")
@@ -62,7 +62,7 @@ def timing(ds: xr.Dataset) -> Timing:
     samples = posed[np.searchsorted(time[posed], at + slack, side="right") - 1]
     ended = ""
     if posed[-1] + 1 < len(time):
-        why = Status(int(status[posed[-1] + 1])).words
+        why = flag_words(ds, int(posed[-1]) + 1)
         ended = f"ends at {time[posed[-1]]:.3g} s: {why}"
         samples = np.append(samples, np.full(_HELD, posed[-1]))
     return Timing(samples, speed, ended)
@@ -99,7 +99,7 @@ def images(
 
     shown = timing(ds)
     R, p = poses(drawing, ds.isel(time=shown.samples))
-    time, status = ds["time"].values[shown.samples], ds["status"].values[shown.samples]
+    time = ds["time"].values[shown.samples]
 
     figure = Figure(figsize=(_WIDTH / 100, _HEIGHT / 100), dpi=100, layout="constrained")
     canvas = FigureCanvasAgg(figure)
@@ -137,8 +137,7 @@ def images(
         trace.set_data(way[: k + 1, 0], way[: k + 1, 1])
         clock.set_text(f"t = {time[k]:.2f} s{faster}")
         last = bool(shown.ended) and shown.samples[k] == shown.samples[-1]
-        words = Status(int(status[k])).words if status[k] != Status.CONVERGED else ""
-        flag.set_text(shown.ended if last else words)
+        flag.set_text(shown.ended if last else flag_words(ds, int(shown.samples[k])))
         for cursor in cursors:
             cursor.set_xdata([time[k], time[k]])
         for artist in moving:

@@ -22,7 +22,9 @@ from parakin.arrays import PER_TIME
 from parakin.errors import InputError
 from parakin.files.writing import check_suffix, replacing
 from parakin.kinematics.assembly import assembled
+from parakin.model.limits import Limit
 from parakin.solving.solver import Solver
+from parakin.solving.stops import keeps
 from parakin.version import __version__
 from parakin.views.extremes import Extremes
 from parakin.views.report_curves import (
@@ -45,7 +47,10 @@ if TYPE_CHECKING:
 SUFFIXES = (".html", ".htm")
 _TONES = {"bold red": "bad", "bold yellow": "warn"}
 _NO_LIMITS = '<p class="soft">The mechanism\'s file gives no limits for these.</p>'
-_CONES = '<p class="soft">A cone angle is that between the two axes of a spherical joint.</p>'
+_CONES = (
+    '<p class="soft">A cone angle is how far a spherical or universal joint is bent: see '
+    "the notes on mechanism files.</p>"
+)
 _MANY = 12  # rows: longer tables may break between pages
 
 
@@ -85,6 +90,7 @@ def report(solved: Solved, command: str, made: datetime) -> str:
         _section("Motion", _motion(solved)),
         _section("Actuated coordinates", *_actuated(solved)),
         _section("Platform and passive joints", _passive(solved)),
+        *(_section("Limits on rates", table) for table in [_rates(solved)] if table),
         _section("Conditioning and residuals", *_quality(solved, closeness, reason)),
     ]
     return template.substitute(
@@ -141,12 +147,9 @@ def _verdict(solved: Solved) -> str:
             f'<div class="verdict bad" role="alert"><p>Not all of this motion is solved or within '
             f"limits.</p><p>{solved.extremes.samples:,} samples, {escape(flagged)}</p></div>"
         )
-    limited = [n for n in solved.extremes.coordinates if np.isfinite(_limits(solved, n)).any()]
-    kept = (
-        f"within the limits of all {len(limited)} coordinates that have limits"
-        if limited
-        else "the mechanism's file gives no limits"
-    )
+    limits = len(solved.solver.graph.limited)
+    kept = f"all {limits} limits kept" if limits > 1 else "its one limit kept"
+    kept = kept if limits else "the mechanism's file gives no limits"
     return (
         f'<div class="verdict">All {solved.extremes.samples:,} samples are solved, {kept}; worst '
         f"residual {solved.extremes.residual:.1e} m, least conditioning "
@@ -221,10 +224,6 @@ def _motion(solved: Solved) -> str:
     )
 
 
-def _limits(solved: Solved, name: str) -> tuple[float, float]:
-    return solved.solver.graph.limits(name)
-
-
 def _unit(solved: Solved, name: str) -> Unit:
     return unit_of(str(solved.picture["unit"].sel(coordinate=name).item()) == "rad")
 
@@ -243,7 +242,8 @@ def _actuated(solved: Solved) -> list[str]:
     rows = [(*_travel(solved, n), *_peak_cells(solved, n), *_margin(solved, n)) for n in names]
     parts.append(_table((*headings, "limits", "margin", "kept"), rows) + _unlimited(rows))
     for k, name in enumerate(names):
-        figure = coordinate_curves(picture, name, solved.extremes, _limits(solved, name))
+        limits = solved.solver.graph.limits(name)
+        figure = coordinate_curves(picture, name, solved.extremes, limits)
         svg = inline_svg(figure, f"curve{k}", f"{escape(name)} over time")
         parts.append(_figure(svg, name))
     return parts
@@ -258,6 +258,20 @@ def _passive(solved: Solved) -> str:
     headings = ("coordinate", "least", "greatest", "stroke", "limits", "margin", "kept")
     cones = any(name.endswith(".cone") for name in names)
     return _table(headings, rows) + _unlimited(rows) + _CONES * cones
+
+
+def _rates(solved: Solved) -> str:
+    """Table of the velocities and accelerations that have limits."""
+    rows = []
+    for limit in solved.solver.graph.limited:
+        if limit.order:
+            k = list(solved.extremes.coordinates).index(limit.coordinate)
+            unit, per = _unit(solved, limit.coordinate), PER_TIME[limit.order]
+            ends = (solved.extremes.low[limit.order, k], solved.extremes.high[limit.order, k])
+            cells = [unit.typeset(float(end), per=per) if np.isfinite(end) else "" for end in ends]
+            margin = _margin(solved, limit.coordinate, limit.order)
+            rows.append((escape(limit.name), *cells, *margin))
+    return _table(("rate", "least", "greatest", "limits", "margin", "kept"), rows) if rows else ""
 
 
 def _unlimited(rows: Sequence[Sequence[str]]) -> str:
@@ -294,21 +308,25 @@ def _at(value: str, time: float) -> str:
     return f"{value}<small>at {time:.4g} s</small>"
 
 
-def _margin(solved: Solved, name: str) -> tuple[str, str, str]:
-    """Cells: a coordinate's limits, how far it stays from the nearer one, and the verdict."""
-    low, high = _limits(solved, name)
+def _margin(solved: Solved, name: str, order: int = 0) -> tuple[str, str, str]:
+    """Cells: the limits of a coordinate or a derivative of it, how far it stays from the nearer
+    one, and the verdict.
+    """
+    graph = solved.solver.graph
+    low, high = graph.limits(name, order)
     if not np.isfinite([low, high]).any():
         return "", "", ""
     k = list(solved.extremes.coordinates).index(name)
     unit = _unit(solved, name)
     ends = [f"{unit.per_si * limit:.6g}" if np.isfinite(limit) else "none" for limit in (low, high)]
-    shown = f"{ends[0]} .. {ends[1]}{unit.symbol}"
-    reached = (float(solved.extremes.low[0, k]), float(solved.extremes.high[0, k]))
+    shown = f"{ends[0]} .. {ends[1]}{unit.symbol}{PER_TIME[order]}"
+    reached = (float(solved.extremes.low[order, k]), float(solved.extremes.high[order, k]))
     if not np.isfinite(reached[0]):
         return shown, "", ""
     margin = min(reached[0] - low, high - reached[1])
-    word = '<span class="good">ok</span>' if margin >= 0 else '<span class="bad">exceeded</span>'
-    return shown, unit.typeset(margin), word
+    kept = all(keeps(graph, Limit(name, order, low, high), value) for value in reached)
+    word = '<span class="good">ok</span>' if kept else '<span class="bad">exceeded</span>'
+    return shown, unit.typeset(margin, per=PER_TIME[order]), word
 
 
 # ---- quality of the solution

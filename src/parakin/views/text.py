@@ -11,7 +11,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from parakin.algebra.angles import nearest_angle
+from parakin.analysis.diagnosis import Diagnosis
 from parakin.analysis.mobility import Mobility
 from parakin.analysis.singularities import Closeness
 from parakin.arrays import PER_TIME, FloatArray
@@ -21,7 +21,6 @@ from parakin.solving.status import Status
 from parakin.views.extremes import Extremes
 from parakin.views.units import unit_of
 
-_FAR = 0.8  # [rad, or characteristic lengths]: not near a guess any more
 _CLOSES = 1e-9  # of the characteristic length: what stated values may be off
 
 
@@ -43,8 +42,9 @@ def _table(*headings: str) -> Table:
     return table
 
 
-def mechanism_report(graph: Graph, home: FloatArray, found: Mobility) -> RenderableType:
-    """Home and mobility of a mechanism: what `parakin check` prints."""
+def mechanism_report(found: Diagnosis) -> RenderableType:
+    """Home and mobility of a mechanism, and warnings: what `parakin check` prints."""
+    graph, home = found.graph, found.home.q
     mechanism = graph.mechanism
     lines = [Text(f"{mechanism.name}: {mechanism.title or 'a mechanism'}", style="bold")]
     if mechanism.source:
@@ -54,10 +54,12 @@ def mechanism_report(graph: Graph, home: FloatArray, found: Mobility) -> Rendera
     return Group(
         *lines,
         Text(),
-        *mobility_lines(graph, found),
+        *mobility_lines(graph, found.mobility),
         Text(),
         _home_table(graph, home),
         *_home_notes(graph, home),
+        *([Text()] if found.warnings else []),
+        *(Text(f"warning: {each}", style="bold yellow") for each in found.warnings),
     )
 
 
@@ -105,7 +107,7 @@ def _notable(found: Mobility) -> list[Text]:
         )
     if found.generic == 0:
         lines.append(Text("  a structure: nothing can move", style="bold red"))
-    if found.nearby and found.home != min(found.nearby):
+    if found.special:
         special = f"  home is special: {found.home} there, {min(found.nearby)} in general"
         lines.append(Text(special, style="bold yellow"))
     return lines
@@ -162,15 +164,6 @@ def _home_table(graph: Graph, home: FloatArray) -> Table:
 
 def _home_notes(graph: Graph, home: FloatArray) -> list[Text]:
     notes = [Text("  * actuated", style="dim")]
-    strays = [graph.coordinates[k].name for k in graph.guess if _astray(graph, k, home)]
-    if strays:
-        notes.append(
-            Text(
-                f"  far from the guess, or of opposite sign: {', '.join(strays)}. Perhaps another "
-                "assembly mode was meant (`parakin modes` lists them)",
-                style="bold yellow",
-            )
-        )
     if graph.stated:
         off = {k: float(home[k]) - value for k, value in graph.stated.items()}
         size = {
@@ -186,15 +179,6 @@ def _home_notes(graph: Graph, home: FloatArray) -> list[Text]:
             )
         notes.append(Text(said))
     return notes
-
-
-def _astray(graph: Graph, k: int, home: FloatArray) -> bool:
-    """Whether a coordinate ended far from its guess, or a slide with the opposite sign."""
-    found, guess = float(home[k]), graph.guess[k]
-    away = abs(found - guess)
-    if graph.coordinates[k].angle:
-        return abs(nearest_angle(away)) > _FAR
-    return away > _FAR * graph.length or found * guess < 0.0
 
 
 def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> RenderableType:
@@ -297,11 +281,8 @@ def flag_words(found: Extremes) -> str:
         if count and k != Status.CONVERGED
     )
     words = f"flagged: {each}; the first at sample {first.sample}, t = {first.time:.6g} s: "
-    words += f"{first.status.words}{first.because and f' ({first.because})'}"
-    others = sorted((at, name) for name, at in found.met.items() if name not in first.because)
-    if others:
-        words += f"; then {', '.join(f'{name} at t = {at:.4g} s' for at, name in others)}"
-    return words
+    words += first.words
+    return f"{words}; in all: {found.met}" if ", " in found.met else words
 
 
 def _time(seconds: float) -> str:

@@ -52,6 +52,8 @@ class Kernel:
                 *((n, ctypes.c_double * coordinates) for n in ("q", "qd", "qdd")),
                 ("residual", ctypes.c_double),
                 ("conditioning", ctypes.c_double),
+                ("stopped_by", ctypes.c_int),
+                ("excess", ctypes.c_double),
             ]
 
         self.library = ctypes.CDLL(str(folder / "kernel.so"))

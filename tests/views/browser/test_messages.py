@@ -36,8 +36,9 @@ def test_a_good_pose() -> None:
         "turn\\, t \\= 0\\.50 s",
         "converged",
         "conditioning 0.750 · residual 2.0e-16 m",
-        "limits kept · branch home",
+        "no limits declared · branch home",
     ]
+    assert "limits kept" in pose_message(PoseState("turn", 0.75, 2e-16, limits=2))
 
 
 def test_a_pose_at_a_limit_highlights_its_joint() -> None:

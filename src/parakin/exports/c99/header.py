@@ -75,7 +75,30 @@ enum {{
 enum {{
 {statuses}
 }};
+
+/* What can stop it. */
+enum {{
+{_stops(solver, macro, used)}
+}};
 """
+
+
+def _stops(solver: Solver, macro: str, used: set[str]) -> str:
+    """Members of an enumeration: nothing, limits, and loops with their joints."""
+    stops, lines = solver.stops, []
+    for number, (name, unit) in enumerate(zip(stops.names, stops.units, strict=True)):
+        label, about = f"{macro}_LOOP_{number}", name
+        if unit:
+            label = f"{macro}_LIMIT_{identifier(name).upper()}"
+            about = f"{stops.low[number]:.10g} .. {stops.high[number]:.10g} {unit}"
+        if not number:
+            label, about = f"{macro}_NOTHING", "no limit and no loop"
+        while label in used:
+            label += "_"
+        used.add(label)
+        comma = "," if number < len(stops.names) - 1 else ""
+        lines.append(f"    {label} = {number}{comma} /* {comment(about.replace('²', '^2'))} */")
+    return "\n".join(lines)
 
 
 def _places(solver: Solver, coordinates: Sequence[str], prefix: str, used: set[str]) -> str:
@@ -101,6 +124,8 @@ def _functions(solver: Solver, names: Names) -> str:
     double acceleration[{count}]; /* [m/s^2 or rad/s^2] */
     double residual;         /* norm of all closure rows [m] */
     double conditioning;     /* 0 where singular, negative on another branch */
+    int stopped_by;          /* what stopped it: 0 for nothing */
+    double excess;           /* beyond an upper or, if negative, a lower limit; 0 if none */
 }} {name}_state;
 
 /* The mechanism at rest at home. */
@@ -110,7 +135,8 @@ void {name}_home({name}_state *state);
  * y, yd, ydd: driven positions, velocities and accelerations.
  * state: on entry the previous pose, from which angles are counted and iteration starts; on
  * return the new one.
- * Returns a status. With {macro}_CONVERGED and {macro}_LIMIT_EXCEEDED all of state is new. With
+ * Returns a status; stopped_by then tells which limit is exceeded, or which loop cannot be closed.
+ * With {macro}_CONVERGED and {macro}_LIMIT_EXCEEDED all of state is new. With
  * {macro}_ANGLES_UNDEFINED only the undefined angles keep their previous values, with rates of
  * zero. With any other, position, velocity and acceleration keep their previous values; residual
  * and conditioning are those found on the attempt.

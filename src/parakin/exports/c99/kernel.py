@@ -13,9 +13,10 @@ from functools import cached_property
 from parakin.exports.c99.names import MADE_BY, Names
 from parakin.exports.c99.traced import c_function
 from parakin.kernel.outputs import Outputs
-from parakin.solving.charts import layout_of
+from parakin.solving.charts import also_known, layout_of
 from parakin.solving.solver import Solver
 from parakin.solving.status import LOCKED, RESIDUAL, SINGULAR, TURNS
+from parakin.solving.stops import LimitRows
 
 
 def kernel(solver: Solver, names: Names) -> str:
@@ -33,8 +34,12 @@ class _Kernel:
     def __init__(self, solver: Solver, names: Names) -> None:
         numbers = tuple(solver.graph.index(c, "coordinates") for c in solver.coordinates)
         self.solver, self.names = solver, names
-        self.rows = Outputs(numbers, 2)
+        hidden = also_known(solver.plan, numbers, solver.plan.unknowns)
+        hidden.sort(key=lambda c: isinstance(c, str))  # cones, which have no rates at zero, last
+        self.cones = sum(isinstance(c, str) for c in hidden)
+        self.rows = Outputs((*numbers, *hidden), 2)
         self.layout = layout_of(solver.plan, self.rows, len(numbers))
+        self.limits = LimitRows.of(solver.graph, self.rows)
         self.iterated = [solver.coordinates.index(c) for c in solver.iterated]
         self.driven, self.count = len(solver.driven), len(solver.coordinates)
 
@@ -53,25 +58,35 @@ class _Kernel:
         yield c_function(self.solver, "solve_pose", self.rows)
 
     def _tables(self) -> Iterable[str]:
-        if self._limits:
+        if len(self.limits.rows):
+            known = (self.limits.rows, self.limits.low, self.limits.high, self.limits.slack)
             table = ",\n".join(
-                f"    {{{row}, {low!r}, {high!r}}}" for row, low, high in self._limits
+                f"    {{{row}, {', '.join(map(_number, ends))}}}"
+                for row, *ends in zip(*(column.tolist() for column in known), strict=True)
             )
-            head = "static const struct { int row; double low, high; } limits[] = {\n"
-            yield f"{head}{table}\n}};\n"
-        if len(self.layout.angles):
-            angles = self.layout.angles
-            yield f"static const int angles[{len(angles)}] = {{{_listed(angles)}}};\n"
+            head = "static const struct { int row; double low, high, slack; } limits[] = {\n"
+            yield f"/* What is limited, by stop; slack is rounding. */\n{head}{table}\n}};\n"
+        if self._unknowns:
+            places, stops = zip(*self._unknowns, strict=True)
+            n = len(places)
+            yield f"""/* The first unknown of each block, and the loop that it closes. */
+static const int unknown[{n}] = {{{_listed(places)}}};
+static const int loop[{n}] = {{{_listed(stops)}}};
+"""
+        if len(self._angles):
+            yield f"static const int angles[{len(self._angles)}] = {{{_listed(self._angles)}}};\n"
 
     @cached_property
-    def _limits(self) -> list[tuple[int, float, float]]:
-        """Rows of coordinates that are limited, with their limits."""
-        pairs = [self.solver.graph.limits(name) for name in self.solver.coordinates]
-        return [
-            (row, low, high)
-            for row, (low, high) in enumerate(pairs)
-            if math.isfinite(low) and math.isfinite(high)
-        ]
+    def _unknowns(self) -> list[tuple[int, int]]:
+        """For each block of the plan, the place of its first unknown and the stop of its loops."""
+        place = {c: row for row, c in enumerate(self.rows.coordinates)}
+        blocks, stops = self.solver.plan.blocks, self.solver.stops.blocks
+        return [(place[b.unknowns[0]], stop) for b, stop in zip(blocks, stops, strict=True)]
+
+    @cached_property
+    def _angles(self) -> list[int]:
+        """Places of reported angles, which are counted from the pose before."""
+        return [row for row in self.layout.angles.tolist() if row < self.count]
 
     def _home(self) -> str:
         name, n = self.names.prefix, self.count
@@ -88,6 +103,8 @@ class _Kernel:
     }}
     state->residual = 0.0;
     state->conditioning = 1.0;
+    state->stopped_by = 0;
+    state->excess = 0.0;
 }}
 """
 
@@ -102,9 +119,10 @@ class _Kernel:
             self._pose_checked(),
             self._turns_counted(),
             undefined,
-            self._outputs(),
-            f"    if (undefined)\n        return {macro}_ANGLES_UNDEFINED;\n" if undefined else "",
             self._limits_checked(),
+            self._outputs(bool(undefined)),
+            self._limits_flagged(),
+            f"    if (undefined)\n        return {macro}_ANGLES_UNDEFINED;\n" if undefined else "",
         ]
         return f"""\
 int {name}_solve(const double *y, const double *yd, const double *ydd, {name}_state *state)
@@ -116,10 +134,14 @@ int {name}_solve(const double *y, const double *yd, const double *ydd, {name}_st
     def _variables(self, undefined: bool) -> str:
         k, m = self.driven, len(self.iterated)
         lines = [f"double in[{3 * k + m}], out[{self.rows.count}];"]
-        if len(self.layout.angles):
+        if self._angles:
             lines.append(f"const double turn = {2 * math.pi!r};")
         if m:
             lines.append(f"double step[{k + m}];")
+        if len(self.limits.rows):
+            lines.append("double worst = 0.0;")
+        if undefined:
+            lines.append("double lock;")
         lines.append("int i;")
         if undefined:
             lines.append("int undefined = 0;")
@@ -129,6 +151,8 @@ int {name}_solve(const double *y, const double *yd, const double *ydd, {name}_st
         """Refuse infinity and NaN, and angles of more turns than doubles can tell apart."""
         macro = self.names.constant
         lines = f"""\
+    state->stopped_by = 0;
+    state->excess = 0.0;
     for (i = 0; i < {self.driven}; ++i)
         if (!isfinite(y[i]) || !isfinite(yd[i]) || !isfinite(ydd[i]))
             return {macro}_OUT_OF_REACH;
@@ -136,7 +160,7 @@ int {name}_solve(const double *y, const double *yd, const double *ydd, {name}_st
         if (!isfinite(state->position[i]))
             return {macro}_OUT_OF_REACH;
 """
-        angles = {*self.layout.angles.tolist(), *self.iterated} & set(self.solver.angle_rows)
+        angles = {*self._angles, *self.iterated} & set(self.solver.angle_rows)
         for row in sorted(angles):
             lines += f"    if (!(fabs(state->position[{row}]) < {2 * math.pi * TURNS!r}))\n"
             lines += f"        return {macro}_OUT_OF_REACH;\n"
@@ -177,6 +201,7 @@ int {name}_solve(const double *y, const double *yd, const double *ydd, {name}_st
     solve_pose(in, out);
     state->residual = out[{residual}];
     state->conditioning = out[{conditioning}];
+{self._blamed()}\
     if (out[{residual}] != out[{residual}])
         return {macro}_OUT_OF_REACH;
     if (!(out[{residual}] <= {RESIDUAL!r}*out[{self.rows.size}]))
@@ -185,13 +210,41 @@ int {name}_solve(const double *y, const double *yd, const double *ydd, {name}_st
         return {macro}_BRANCH_CHANGE;
     if (!(out[{conditioning}] >= {SINGULAR!r}))
         return {macro}_SINGULAR;
-    for (i = 0; i < {self.rows.motion.stop}; ++i)
-        if (!isfinite(out[i]))
-            return {macro}_OUT_OF_REACH;
+{self._finite()}"""
+
+    def _blamed(self) -> str:
+        """Note which loop cannot be closed: of the first unknown that is none, or the only one that
+        is iterated.
+        """
+        if not self._unknowns:
+            return ""
+        stops = self.solver.stops.blocks
+        iterated = [
+            stop for b, stop in zip(self.solver.plan.blocks, stops, strict=True) if b.iterated
+        ]
+        otherwise = iterated[0] if len(iterated) == 1 else 0
+        residual = self.rows.residual
+        return f"""\
+    if (!(out[{residual}] <= {RESIDUAL!r}*out[{self.rows.size}])) {{
+        state->stopped_by = {otherwise};
+        for (i = {len(self._unknowns) - 1}; i >= 0; --i)
+            if (out[unknown[i]] != out[unknown[i]])
+                state->stopped_by = loop[i];
+    }}
+"""
+
+    def _finite(self) -> str:
+        """Refuse what has overflowed."""
+        n, total = len(self.rows.coordinates), self.rows.motion.stop
+        skipped = f"i % {n} < {n - self.cones} && " if self.cones else ""
+        return f"""\
+    for (i = 0; i < {total}; ++i)
+        if ({skipped}!isfinite(out[i]))
+            return {self.names.constant}_OUT_OF_REACH;
 """
 
     def _turns_counted(self) -> str:
-        count = len(self.layout.angles)
+        count = len(self._angles)
         if not count:
             return ""
         return f"""\
@@ -200,38 +253,64 @@ int {name}_solve(const double *y, const double *yd, const double *ydd, {name}_st
 """
 
     def _kept_where_undefined(self) -> str:
-        """Keep three angles at rest where they are not defined, and note it."""
+        """Make three angles NaN where they are not defined, and note it."""
         lines = ""
         for rows, second, same in self.layout.triples:
             function = "sin" if same else "cos"
+            lines += f"    lock = fabs({function}(out[{second}]));\n"
             for order, level in enumerate(LOCKED[:3]):
-                lines += f"    if (fabs({function}(out[{second}])) < {level!r}) {{\n"
-                lines += "        undefined = 1;\n"
+                lines += f"    if (lock < {level!r}) {{\n        undefined = 1;\n"
                 for row in rows.tolist():
-                    kept = f"state->position[{row}]" if order == 0 else "0.0"
-                    lines += f"        out[{self.rows.derivative(row, order)}] = {kept};\n"
+                    lines += f"        out[{self.rows.derivative(row, order)}] = NAN;\n"
                 lines += "    }\n"
         return lines
 
-    def _outputs(self) -> str:
+    def _outputs(self, undefined: bool) -> str:
+        """Write the state; angles that are not defined keep their values, at rest."""
+        places = [f"out[{self.rows.order(order).start} + i]" for order in range(3)]
+        names = ("position", "velocity", "acceleration")
+        values = list(places)
+        if undefined:
+            kept = ("state->position[i]", "0.0", "0.0")
+            values = [f"{x} == {x} ? {x} : {old}" for x, old in zip(places, kept, strict=True)]
+        lines = "".join(
+            f"        state->{name}[i] = {value};\n"
+            for name, value in zip(names, values, strict=True)
+        )
+        return f"    for (i = 0; i < {self.count}; ++i) {{\n{lines}    }}\n"
+
+    def _limits_checked(self) -> str:
+        """Find the limit exceeded by the greatest part of its range."""
+        if not len(self.limits.rows):
+            return ""
         return f"""\
-    for (i = 0; i < {self.count}; ++i) {{
-        state->position[i] = out[i];
-        state->velocity[i] = out[{self.rows.order(1).start} + i];
-        state->acceleration[i] = out[{self.rows.order(2).start} + i];
+    for (i = 0; i < {len(self.limits.rows)}; ++i) {{
+        const double q = out[limits[i].row], span = limits[i].high - limits[i].low;
+        double excess = 0.0, part;
+        if (q < limits[i].low - limits[i].slack)
+            excess = q - limits[i].low;
+        else if (q > limits[i].high + limits[i].slack)
+            excess = q - limits[i].high;
+        part = fabs(excess) / (isfinite(span) ? span : 1.0);
+        if (part > worst) {{
+            worst = part;
+            state->excess = excess;
+            state->stopped_by = 1 + i;
+        }}
     }}
 """
 
-    def _limits_checked(self) -> str:
-        if not self._limits:
+    def _limits_flagged(self) -> str:
+        if not len(self.limits.rows):
             return ""
-        return f"""\
-    for (i = 0; i < {len(self._limits)}; ++i) {{
-        const double q = state->position[limits[i].row];
-        if (q < limits[i].low || q > limits[i].high)
-            return {self.names.constant}_LIMIT_EXCEEDED;
-    }}
-"""
+        return f"    if (worst > 0.0)\n        return {self.names.constant}_LIMIT_EXCEEDED;\n"
+
+
+def _number(value: float) -> str:
+    """A double in C."""
+    if math.isinf(value):
+        return "INFINITY" if value > 0 else "-INFINITY"
+    return repr(value)
 
 
 def _listed(values: Iterable[int]) -> str:

@@ -22,6 +22,7 @@ from parakin.model.mechanism import Mechanism
 from parakin.solving.compiler import compile as compile_mechanism
 from parakin.solving.solver import Solver
 from parakin.solving.status import Status
+from parakin.solving.stops import beyond_limits
 from parakin.solving.tick import Tick
 
 _SLIDE = 0.5  # of the characteristic length: range of a slide without limits, either way
@@ -31,6 +32,7 @@ _EDGE = 1e-5  # of a step: how close to the stop the last pose comes
 _WITHIN = 8.0  # steps: how far an iterated coordinate may move in one
 _REGULAR = 0.2  # conditioning above which the pose is far from singular
 _SAME = 1e-3  # [rad, or characteristic lengths]: poses that look the same
+_POSED = (Status.CONVERGED, Status.LIMIT_EXCEEDED)  # all coordinates are known
 _MOVES = 0.5  # of the fastest joint: the slowest that is still named
 
 
@@ -71,8 +73,6 @@ class Drive:
     tick: Tick = field(init=False)
 
     def __post_init__(self) -> None:
-        limits = [self.solver.graph.limits(name) for name in self.solver.coordinates]
-        self._low, self._high = np.array(limits).reshape(-1, 2).T
         self.home()
 
     def home(self) -> None:
@@ -86,7 +86,7 @@ class Drive:
         guess = np.array([values[name] for name in self.solver.coordinates])
         y = np.array([values[name] for name in self.solver.driven])
         tick = self.solver.at(y, guess=guess, within=self._scale(_STEP))
-        if tick.status or np.abs(tick.position - guess).max() > self._scale(_STEP):
+        if tick.status not in _POSED or np.abs(tick.position - guess).max() > self._scale(_STEP):
             return False
         self.y, self.tick = y, tick
         return True
@@ -99,8 +99,8 @@ class Drive:
     @property
     def beyond_limits(self) -> dict[str, int]:
         """Coordinates and cone angles that exceed their limits, with their joints' numbers."""
-        at = self.tick.position
-        return self._joints_of((at < self._low) | (at > self._high))
+        graph = self.solver.graph
+        return {name: graph.holder(name) for name in beyond_limits(graph, self.values)}
 
     def nearest(self, assemblies: Sequence[Mapping[str, float]], by: Sequence[str]) -> int | None:
         """The index of the assembly that looks like this pose, compared by some coordinates."""
@@ -127,7 +127,7 @@ class Drive:
             return Stop(Status.OUT_OF_REACH, "a value that is not a number", frozenset())
         done, step, slope = 0.0, _STEP, 0.0
         stop: Stop | None = None
-        status = Status.CONVERGED
+        status, because = Status.CONVERGED, ""
         while True:
             last = float(self.tick.conditioning)
             if slope < 0:  # it would be singular at last / -slope
@@ -136,12 +136,13 @@ class Drive:
             y = end if ahead == length else start + way * (ahead / length)
             tick = self.solver.at(y, guess=self.tick.position, within=self._scale(_WITHIN * _STEP))
             limit = self._limit(tick)
-            status = Status(int(tick.status)) or status
+            if tick.status not in _POSED:
+                status, because = Status(int(tick.status)), _unreached(tick)
             stop = limit or stop
             leaps = float(tick.conditioning) < 0.5 * last
             if step < _EDGE * _STEP:
-                return stop or self.explain(status or Status.SINGULAR)
-            if tick.status or limit is not None or leaps:
+                return stop or self.explain(status or Status.SINGULAR, because)
+            if tick.status not in _POSED or limit is not None or leaps:
                 step = 0.25 * (ahead - done)
                 continue
             slope = (float(tick.conditioning) - last) / (ahead - done)
@@ -212,26 +213,29 @@ class Drive:
 
     def _limit(self, tick: Tick) -> Stop | None:
         """The limit that a solved pose exceeds, if it moves further beyond it."""
-        if tick.status:
+        if tick.status != Status.LIMIT_EXCEEDED:
             return None
-        at, last = tick.position, self.tick.position
-        joints = self._joints_of(
-            ((at < self._low) & (at < last)) | ((at > self._high) & (at > last))
-        )
-        if not joints:
+        graph, last = self.solver.graph, self.values
+        now = dict(zip(self.solver.coordinates, tick.position.tolist(), strict=True))
+        names = [
+            limit.name
+            for limit in graph.limited
+            if limit.order == 0
+            and limit.coordinate in beyond_limits(graph, now)
+            and limit.excess(now[limit.coordinate]) > limit.excess(last[limit.coordinate])
+        ]
+        if not names:
             return None
-        words = "; ".join(f"{name} is at its limit" for name in joints)
-        return Stop(Status.LIMIT_EXCEEDED, words, frozenset(joints.values()))
+        words = "; ".join(f"{name} is at its limit" for name in names)
+        return Stop(Status.LIMIT_EXCEEDED, words, frozenset(map(graph.holder, names)))
 
-    def _joints_of(self, which: BoolArray) -> dict[str, int]:
-        """The names of some reported coordinates, with the numbers of their joints."""
-        names = [self.solver.coordinates[k] for k in np.flatnonzero(which)]
-        return {name: self.solver.graph.holder(name) for name in names}
-
-    def explain(self, status: Status) -> Stop:
-        """Why it stops here: the joints that would move freely at the singularity nearby."""
+    def explain(self, status: Status, because: str = "") -> Stop:
+        """Why it stops here: the joints that would move freely at the singularity nearby. because:
+        what is known already, in words.
+        """
+        words = because or status.words
         if float(self.tick.conditioning) > _REGULAR:
-            return Stop(status, status.words, frozenset())
+            return Stop(status, words, frozenset())
         graph, plan = self.solver.plan.graph, self.solver.plan
         q = np.array(plan.home, dtype=float)
         for name, value in self.values.items():
@@ -241,14 +245,21 @@ class Drive:
         try:
             freedom = freedom_at(self.solver, q)
         except (ParakinError, np.linalg.LinAlgError):
-            return Stop(status, status.words, frozenset())
+            return Stop(status, words, frozenset())
         free = np.abs(freedom.rates)
         pose = () if graph.platform is None else graph.joints[graph.platform].coordinates
         passive = [k for k in range(len(free)) if k not in pose and k not in plan.driven]
         passive = passive or [k for k in range(len(free)) if k not in plan.driven]
         most = max(free[k] for k in passive)
         joints = {graph.coordinates[k].joint for k in passive if free[k] > _MOVES * most}
-        return Stop(status, freedom.description, frozenset(joints))
+        words = ": ".join(filter(None, (because, freedom.description)))
+        return Stop(status, words, frozenset(joints))
+
+
+def _unreached(tick: Tick) -> str:
+    """Which limb cannot reach a pose, in words; "" if it is none."""
+    words = tick.why()
+    return words if words.startswith("limb") else ""
 
 
 def driven_by(

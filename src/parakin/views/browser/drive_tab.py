@@ -293,14 +293,14 @@ class DriveTab:
         """Show the current pose and, if it stopped, why."""
         drive = self.drive
         assert drive is not None
-        joints = drive.solver.graph.joints
         state = PoseState(
             f"driven by hand, {self._kinematics}",
             float(drive.tick.conditioning),
             float(drive.tick.residual),
             stop,
-            {joints[number].name: number for number in drive.beyond_limits.values()},
+            drive.beyond_limits,
             self._branch_name,
+            len(drive.solver.graph.limited),
         )
         with self._page.client.atomic():
             self._page.show_pose(drive.solver.poses(drive.y, drive.tick), state)

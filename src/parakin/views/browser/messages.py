@@ -18,7 +18,8 @@ class PoseState:
     """What a page reports about the pose it shows.
 
     title: the motion and its time, or that the mechanism is driven by hand; stop: why it goes no
-    further; beyond_limits: the joints that exceed their limits, their numbers by name.
+    further; limits: how many are declared; beyond_limits: those exceeded, with the numbers of their
+    joints.
     """
 
     title: str
@@ -27,6 +28,7 @@ class PoseState:
     stop: Stop | None = None
     beyond_limits: Mapping[str, int] = field(default_factory=dict)
     branch: str = HOME
+    limits: int = 0
 
     @property
     def highlighted(self) -> frozenset[int]:
@@ -37,17 +39,18 @@ class PoseState:
 
 def pose_message(state: PoseState) -> str:
     """The lines that are always in view."""
-    stop, limits, status = state.stop, "kept", "converged"
+    stop, status = state.stop, "converged"
+    limits = "limits kept" if state.limits else "no limits declared"
     if stop is not None:
         status = f"**stopped: {escaped(stop.words)}**"
-        limits = "reached" if stop.status == Status.LIMIT_EXCEEDED else "kept"
+        limits = "limits reached" if stop.status == Status.LIMIT_EXCEEDED else limits
     if state.beyond_limits:
-        limits = f"exceeded: {escaped(', '.join(state.beyond_limits))}"
+        limits = f"limits exceeded: {escaped(', '.join(state.beyond_limits))}"
         status = status if stop is not None else "**limit exceeded**"
     return (
         f"{escaped(state.title)}  \n{status}  \n"
         f"conditioning {state.conditioning:.3f} · residual {state.residual:.1e} m  \n"
-        f"limits {limits} · branch {escaped(state.branch)}"
+        f"{limits} · branch {escaped(state.branch)}"
     )
 
 

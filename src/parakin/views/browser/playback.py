@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,6 +10,8 @@ import numpy as np
 
 from parakin.arrays import ORDERS, BoolArray, FloatArray
 from parakin.errors import InputError
+from parakin.model.limits import Limit
+from parakin.solving.results import stop_words
 from parakin.solving.solver import Solver
 from parakin.solving.status import SOLVED, Status
 from parakin.views.browser.drive import Drive, Stop
@@ -29,9 +31,9 @@ class Playback:
     `time` (n,); `coordinates`: names, with their positions `q` (n, coordinates); `position`
     (n, bodies, 3) and `wxyz` (n, bodies, 4) of all bodies but the base; `point` (n, 3): the
     platform's point, if there is a platform; `actuators`: names, with `units` and `histories`
-    (3, n, actuators) of position, velocity and acceleration; `beyond_limits`: by joint number,
-    when it exceeds its limits (n,); `stop`: why the motion ended early; `note`: that it is
-    thinned.
+    (3, n, actuators) of position, velocity and acceleration; `beyond_limits`: by coordinate or cone
+    angle, when it or a derivative of it exceeds its limits (n,); `stop`: why the motion ended
+    early; `note`: that it is thinned.
     """
 
     name: str
@@ -46,7 +48,7 @@ class Playback:
     histories: FloatArray
     conditioning: FloatArray
     residual: FloatArray
-    beyond_limits: Mapping[int, BoolArray]
+    beyond_limits: Mapping[str, BoolArray]
     stop: Stop | None = None
     note: str = ""
 
@@ -91,21 +93,21 @@ def playback_of(solver: Solver, name: str) -> Playback:
         np.array([moved[order].values for order in ORDERS[:3]]),
         ds["conditioning"].values,
         ds["residual"].values,
-        _beyond_limits(solver, ds),
+        _beyond_limits(solver.graph.limited, ds),
         stop,
         f", one sample in {stride}" if stride > 1 else "",
     )
 
 
-def _beyond_limits(solver: Solver, ds: xr.Dataset) -> dict[int, BoolArray]:
-    found: dict[int, BoolArray] = {}
-    for k, name in enumerate(ds["coordinate"].values.tolist()):
-        low, high = solver.graph.limits(name)
-        values = ds["position"].values[:, k]
-        outside = (values < low) | (values > high)
+def _beyond_limits(limits: Sequence[Limit], ds: xr.Dataset) -> dict[str, BoolArray]:
+    found: dict[str, BoolArray] = {}
+    flagged = ds["status"].values == Status.LIMIT_EXCEEDED  # what is beyond by more than rounding
+    for limit in limits:
+        name = limit.coordinate
+        values = ds[ORDERS[limit.order]].sel(coordinate=name).values
+        outside = ((values < limit.low) | (values > limit.high)) & flagged
         if outside.any():
-            number = solver.graph.holder(name)
-            found[number] = found.get(number, False) | outside
+            found[name] = found.get(name, False) | outside
     return found
 
 
@@ -123,9 +125,11 @@ def _stop(solver: Solver, ds: xr.Dataset, count: int) -> Stop:
     status = Status(int(ds["status"].values[count]))
     names, last = ds["coordinate"].values.tolist(), ds["position"].values[count - 1].tolist()
     drive = Drive(solver)
-    stop = Stop(status, status.words, frozenset())
+    because = stop_words(ds, count)
+    because = because if because.startswith("limb") else ""
+    stop = Stop(status, because or status.words, frozenset())
     if drive.start_from(dict(zip(names, last, strict=True))):
-        stop = drive.explain(status)
+        stop = drive.explain(status, because)
     return stop._replace(
         words=f"ended at {float(ds['time'].values[count - 1]):.4g} s: {stop.words}"
     )

@@ -271,17 +271,14 @@ class Session:
         playback = self.playback
         assert playback is not None
         k = playback.index(at)
-        joints = self.loaded.graph.joints
+        graph = self.loaded.graph
         state = PoseState(
             f"{playback.name}, t = {at:.2f} s{playback.note}",
             float(playback.conditioning[k]),
             float(playback.residual[k]),
             playback.stop if k == len(playback.time) - 1 else None,
-            {
-                joints[number].name: number
-                for number, when in playback.beyond_limits.items()
-                if when[k]
-            },
+            {name: graph.holder(name) for name, when in playback.beyond_limits.items() if when[k]},
+            limits=len(graph.limited),
         )
         self.poses += 1
         with self.client.atomic():

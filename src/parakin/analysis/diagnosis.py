@@ -1,0 +1,165 @@
+"""What is wrong, or likely a slip, in a mechanism: found before a motion is solved."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from parakin.algebra.angles import nearest_angle
+from parakin.algebra.spatial import FLOATS, as_array, as_float
+from parakin.analysis.mobility import Mobility, mobility
+from parakin.errors import AssemblyError, DrivenError
+from parakin.files.reading import load_motion
+from parakin.kinematics.assembly import assembled
+from parakin.kinematics.cones import cone_angle, cones_of
+from parakin.kinematics.configuration import Configuration
+from parakin.model.evaluation import graph_of
+from parakin.model.expressions import ANGLE, LENGTH, Bare
+from parakin.model.graph import Graph
+from parakin.model.mechanism import Mechanism
+from parakin.solving.compiler import compile as compile_mechanism
+from parakin.solving.results import flag_words
+from parakin.solving.solver import Solver
+from parakin.solving.stops import beyond_words
+
+_FAR = 0.8  # [rad, or characteristic lengths]: not near a guess any more
+_WIDE = 100.0  # [m] between joints: a machine as wide was meant in millimetres
+_LISTED = 5  # places named in a warning
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What `check` found.
+
+    graph, home: the mechanism in numbers, and all coordinates as it is assembled; mobility: its
+    mobility there. refusal: why it cannot be solved for what is driven, or None. warnings: what
+    would be flagged at the first sample of a motion, and what is likely a slip in the file.
+    """
+
+    graph: Graph
+    home: Configuration
+    mobility: Mobility
+    refusal: DrivenError | AssemblyError | None
+    warnings: tuple[str, ...]
+
+
+def diagnosis(mechanism: Mechanism) -> Diagnosis:
+    """Assemble a mechanism, determine its mobility, and look for what is wrong with it.
+
+    Raises InputError, on a bad motion of the mechanism too, and AssemblyError if home cannot be
+    assembled.
+    """
+    bare: list[Bare] = []
+    graph = graph_of(mechanism, bare)
+    home = assembled(graph)
+    bare = [b._replace(place=b.place.removeprefix(f"{mechanism.where}: ")) for b in bare]
+    found = mobility(graph, home, len(mechanism.driven))
+    _check_motions(graph, home, bare)
+    warnings = [*_limits(graph, home), *_strays(graph, home), *_units(graph, home, bare)]
+    if found.special:
+        warnings.append(
+            f"home is special: mobility {found.home} there, {min(found.nearby)} in general"
+        )
+    refusal: DrivenError | AssemblyError | None = None
+    try:
+        solver = compile_mechanism(mechanism, machine_code=False)
+    except (DrivenError, AssemblyError) as error:
+        refusal = error
+    else:
+        warnings += _flags(solver)
+    return Diagnosis(graph, home, found, refusal, tuple(warnings))
+
+
+def _check_motions(graph: Graph, home: Configuration, bare: list[Bare]) -> None:
+    """Raises InputError if one of the mechanism's own motions makes no sense."""
+    mechanism = graph.mechanism
+    driven = [graph.index(name, "driven") for name in mechanism.driven]
+    values = {
+        graph.coordinates[k].name: 0.0 if k in graph.from_home else float(home.q[k]) for k in driven
+    }
+    for motion in mechanism.motions if driven else ():
+        found: list[Bare] = []
+        load_motion(motion, graph, values, bare=found)
+        bare += [b._replace(place=f"motions.{motion}, {b.place}") for b in found]
+
+
+def _limits(graph: Graph, home: Configuration) -> list[str]:
+    words = beyond_words(graph, _positions(graph, home))
+    return [f"home is outside limits: {each}" for each in words]
+
+
+def _positions(graph: Graph, home: Configuration) -> dict[str, float]:
+    """Every coordinate at home, as it is counted, and every cone angle."""
+    values = {
+        c.name: 0.0 if k in graph.from_home else float(home.q[k])
+        for k, c in enumerate(graph.coordinates)
+    }
+    for name, cone in cones_of(graph, home.q.tolist()).items():
+        values[name] = as_float(cone_angle(home.circuits, cone, FLOATS, derivatives=0)[0])
+    return values
+
+
+def _strays(graph: Graph, home: Configuration) -> list[str]:
+    """Coordinates that ended far from their guess, or slides of the opposite sign."""
+    strays = []
+    for k, guess in graph.guess.items():
+        found = float(home.q[k])
+        if graph.coordinates[k].angle:
+            astray = abs(nearest_angle(found - guess)) > _FAR
+        else:
+            astray = abs(found - guess) > _FAR * graph.length or found * guess < 0.0
+        if astray:
+            strays.append(graph.coordinates[k].name)
+    if not strays:
+        return []
+    return [
+        f"far from the guess, or of opposite sign: {', '.join(strays)}. Perhaps another assembly "
+        "mode was meant (`parakin modes` lists them)"
+    ]
+
+
+def _units(graph: Graph, home: Configuration, bare: Sequence[Bare]) -> list[str]:
+    """Bare numbers that were probably meant in degrees or millimetres."""
+    warnings = []
+    turns = {b.place: b.value for b in bare if b.dimension == ANGLE and abs(b.value) > 2 * math.pi}
+    if turns:
+        first = next(iter(turns.values()))
+        warnings.append(
+            f"angles without a unit are radians, and some are above a turn: {_listed(turns)}. "
+            f"Perhaps '{first:g} deg' was meant"
+        )
+    joints = [
+        as_array(home.pose(joint.parent).p + home.pose(joint.parent).R @ joint.F.p)
+        for joint in graph.joints
+    ]
+    width = float(np.linalg.norm(np.ptp(np.array(joints), axis=0)))
+    lengths = {b.place: b.value for b in bare if b.dimension == LENGTH and abs(b.value) > 1.0}
+    if lengths and not width < _WIDE:
+        first = next(iter(lengths.values()))
+        warnings.append(
+            f"lengths without a unit are metres, and the mechanism is {width:,.0f} m wide: "
+            f"{_listed(lengths)}. Perhaps '{first:g} mm' was meant"
+        )
+    return warnings
+
+
+def _listed(places: Mapping[str, float]) -> str:
+    named = [f"{place} = {value:g}" for place, value in places.items()]
+    return ", ".join(named[:_LISTED]) + (", ..." if len(named) > _LISTED else "")
+
+
+def _flags(solver: Solver) -> list[str]:
+    """Motions whose first sample is flagged; without motions, home if it is."""
+    flags = []
+    for motion in solver.mechanism.motions:
+        words = flag_words(next(solver.stream(motion, 1)), 0)
+        if words:
+            flags.append(f"motion {motion}: the first sample is flagged: {words}")
+    if not solver.mechanism.motions:
+        tick = solver.at([solver.home[name] for name in solver.driven])
+        if tick.status:
+            flags.append(f"home is flagged: {tick.why()}")
+    return flags
