@@ -16,6 +16,7 @@ from parakin.kinematics.cones import Cone, cone_angle, cones_of
 from parakin.kinematics.configuration import circuits_at
 from parakin.kinematics.recursion import Circuits
 from parakin.model.evaluation import graph_of
+from parakin.model.mechanism import Kind
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -54,15 +55,15 @@ def test_the_angle_and_its_rates_are_those_of_two_directions(kind: str, seed: in
 
 
 def ball(
-    on_parent: Frame, *, kind: str = "spherical", reverse: bool = False, platform: bool = True
+    on_parent: Frame, *, kind: Kind = "spherical", reverse: bool = False, platform: bool = True
 ) -> Mechanism:
     """A limb that hangs on the base by a ball joint (the base its child, if reversed)."""
-    ends = {"parent": "limb", "child": "base"} if reverse else {"parent": "base", "child": "limb"}
+    parent, child = ("limb", "base") if reverse else ("base", "limb")
     return Mechanism(
         name="ball",
         bodies=(Body(name="limb"), Body(name="plate")),
         joints=(
-            Joint(name="B", kind=kind, on_parent=on_parent, **ends),
+            Joint(name="B", kind=kind, parent=parent, child=child, on_parent=on_parent),
             Joint(name="W", kind="fixed", parent="limb", child="plate"),
         ),
         platform=Platform(body="plate") if platform else None,
