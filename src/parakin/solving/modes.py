@@ -15,31 +15,21 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from parakin.algebra.angles import nearest_angle
-from parakin.algebra.spatial import ARRAYS, FLOATS, as_array, as_float
 from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.errors import InputError, nearest
 from parakin.kernel.outputs import Outputs
-from parakin.kernel.pose import Refiner, solve_pose
-from parakin.kinematics import loops
-from parakin.kinematics.closure import canonical_rows
-from parakin.kinematics.cones import cone_angle
 from parakin.kinematics.configuration import circuits_at, configure, coordinate_scales
 from parakin.kinematics.free_motions import free_motions
 from parakin.kinematics.recursion import Circuits
 from parakin.model.graph import Graph
-from parakin.planning.forms import TwoRoots
 from parakin.planning.ordering import plan_of
-from parakin.planning.plan import Block, Plan
-from parakin.solving.descent import descent
+from parakin.planning.plan import Plan
+from parakin.solving.assemblies import CLOSED, assembled_from
 from parakin.solving.solver import Solver
-from parakin.solving.status import SINGULAR
-from parakin.solving.stops import beyond_limits
+from parakin.solving.status import RESIDUAL, SINGULAR
+from parakin.solving.usability import limits_exceeded, turned_through
 
-_STEPS = 4  # and undamped ones after these
-_DRAWS = 12  # of signs, as long as loops stay open
-_FAR = 3.0  # characteristic lengths: how far from home starts lie
 _SAME = 1e-6  # radians and characteristic lengths: how much two copies of one assembly may differ
-_CLOSED = 1e-10
 _RESTS = 1e-9  # rates below this are none
 _LOCKED = 1e-6  # cosine of the second of three angles: the others are not well defined
 
@@ -47,7 +37,9 @@ _LOCKED = 1e-6  # cosine of the second of three angles: the others are not well 
 @dataclass(frozen=True)
 class Mode:
     """One assembly mode: its name ("home" for that of home), all coordinates, the conditioning, how
-    often it was found, in how many variants of passive joints, and which limits it exceeds.
+    often it was found, in how many variants of passive joints, which limits it exceeds, and which
+    legs are turned through themselves: actuated slides whose two joint centres have passed one
+    another since home.
     """
 
     name: str
@@ -56,13 +48,20 @@ class Mode:
     found: int
     variants: int
     limits_exceeded: tuple[str, ...]
+    turned_through: tuple[str, ...]
+
+    @property
+    def usable(self) -> bool:
+        """Whether it is within its limits, and no leg is turned through itself."""
+        return not (self.limits_exceeded or self.turned_through)
 
 
 @dataclass(frozen=True)
 class Search:
-    """What `modes` found: the modes, nearest home first; the names of the coordinates that tell
-    them apart; how many starts there were and how many closed; and `unseen`, the Good-Turing
-    estimate of how likely one more start that closes is to find something new. `singular` counts
+    """What `modes` found: the modes, usable ones first, and among these those nearest home; the
+    names of the coordinates that tell them apart; how many starts there were and how many closed;
+    and `unseen`, the Good-Turing estimate of how likely one more start that closes is to find
+    something new. `singular` counts
     closed starts left out: there the driven coordinates do not determine the rest, and assemblies
     may form a continuum.
     """
@@ -75,13 +74,18 @@ class Search:
     singular: int = 0
 
     @property
+    def usable(self) -> tuple[Mode, ...]:
+        """The modes that are usable."""
+        return tuple(mode for mode in self.modes if mode.usable)
+
+    @property
     def summary(self) -> str:
         """How much was found, and how likely it is that this is all."""
         odds = f"about {self.unseen:.1g}" if self.unseen else f"under {1 / max(self.closed, 1):.1g}"
         return (
-            f"{len(self.modes)} distinct among {self.closed:,} assemblies found from "
-            f"{self.starts:,} random starts. A search, not a proof: one more would be new with "
-            f"probability {odds}."
+            f"{len(self.modes)} distinct, {len(self.usable)} of them usable, among {self.closed:,} "
+            f"assemblies found from {self.starts:,} random starts. A search, not a proof: one more "
+            f"would be new with probability {odds}."
         )
 
 
@@ -117,17 +121,17 @@ def modes_of(
     driven = np.array([(values or {}).get(graph.coordinates[k].name, home[k]) for k in plan.driven])
     rng = np.random.default_rng(seed)
     outputs = Outputs(tuple(numbers), derivatives=0)
-    out = _assembled(plan, driven, home, outputs, rng, starts)
+    out = assembled_from(plan, driven, home, outputs, rng, starts)
     q = out[outputs.order(0)]
     residual, conditioning = out[outputs.residual], out[outputs.conditioning]
-    real = residual <= _CLOSED * graph.length
+    real = residual <= CLOSED * graph.length
     at_rest = np.where(real, q + offsets[:, None], plan.home[:, None])
     turned = _orientation(circuits_at(graph, plan.tree, at_rest), starts)
     if turned is not None:
         _name_again(graph, turned, q)
         real &= ~_only_folded(graph, plan, q, home)
     regular = np.abs(conditioning) > SINGULAR
-    closed = np.flatnonzero(real & regular)
+    closed = np.flatnonzero(real & regular & (residual <= RESIDUAL * out[outputs.size]))
     distinguished_by = _distinguishing(graph, plan)
     found = _sorted_out(
         plan,
@@ -148,46 +152,6 @@ def modes_of(
     )
 
 
-def _assembled(
-    plan: Plan,
-    driven: FloatArray,
-    home: FloatArray,
-    outputs: Outputs,
-    rng: np.random.Generator,
-    n: int,
-) -> FloatArray:
-    """Outputs (rows, n) reached from that many random starts, the first of which is home."""
-    graph, iterated = plan.graph, plan.iterated
-    scales = coordinate_scales(graph)
-    # A mirror image of home is as far away again as home is from what mirrors it.
-    spread = np.array(
-        [np.pi if graph.coordinates[k].angle else _FAR * graph.length for k in iterated]
-    )
-    guess = home[iterated, None] + spread[:, None] * rng.uniform(-1, 1, (len(iterated), n))
-    if len(iterated):
-        guess[:, 0] = home[iterated]
-    out = np.empty((outputs.count, n))
-    offsets = np.array([plan.offset(k) for k in range(len(home))])
-    signs = [_either(block, rng, n) for block in plan.blocks]
-    given = list(np.repeat(driven[:, None], n, axis=1))
-    refine: Refiner | None = descent(scales)
-    for _ in range(_DRAWS):
-        pairs = list(zip(plan.blocks, signs, strict=True))
-        loose = replace(plan, blocks=tuple(_with_sign(*pair) for pair in pairs))
-        with np.errstate(all="ignore"):  # what cannot be reached is NaN
-            results = solve_pose(loose, [given], list(guess), ARRAYS, outputs, _STEPS, refine)
-            for row, result in enumerate(results):
-                out[row] = as_array(result)
-            open_ = _open(plan, out[outputs.order(0)] + offsets[:, None])
-        for block, sign in pairs:
-            if sign is not None:  # the loop may want the other root: a joint's angles go together
-                wrong = open_[block.rows[0].cut]
-                sign[wrong] = rng.choice([-1.0, 1.0], int(wrong.sum()))
-        if len(iterated):
-            guess, refine = out[iterated], None
-    return out
-
-
 def _sorted_out(
     plan: Plan,
     q: FloatArray,
@@ -196,7 +160,9 @@ def _sorted_out(
     home: FloatArray,
     distinguished_by: Sequence[int],
 ) -> tuple[Mode, ...]:
-    """The distinct ones among closed configurations (columns of q), nearest to home first."""
+    """The distinct ones among closed configurations (columns of q): usable ones first, and among
+    these, those nearest to home.
+    """
     graph = plan.graph
     scales = coordinate_scales(graph)
     everything = list(range(len(graph.plain.coordinates)))
@@ -213,47 +179,23 @@ def _sorted_out(
             min(1.0, float(conditioning[members[nearest]])),
             len(members),
             len(_groups(graph, at, everything, _of(turned, members))),
-            _beyond(plan, position),
+            limits_exceeded(plan, position),
+            turned_through(plan, position),
         )
         found.append((float(away[nearest]), mode))
     # Mirror images are as far from home as each other: let chance not decide which comes first.
     names = [graph.coordinates[k].name for k in distinguished_by]
     found.sort(
-        key=lambda pair: (round(pair[0], 6), [round(pair[1].coordinates[n], 4) for n in names])
+        key=lambda pair: (
+            not pair[1].usable,
+            round(pair[0], 6),
+            [round(pair[1].coordinates[n], 4) for n in names],
+        )
     )
     return tuple(
         replace(mode, name="home" if distance < 1e-4 else str(number))
         for number, (distance, mode) in enumerate(found, start=1)
     )
-
-
-def _with_sign(block: Block, sign: FloatArray | None) -> Block:
-    if sign is None:
-        return block
-    return replace(block, form=replace(block.form, sign=sign))  # type: ignore[arg-type]
-
-
-def _either(block: Block, rng: np.random.Generator, n: int) -> FloatArray | None:
-    """Random signs for a closed form's root, the first that of home; none if it has one root."""
-    if not isinstance(block.form, TwoRoots):
-        return None
-    signs = rng.choice([-1.0, 1.0], n)
-    signs[0] = block.form.sign
-    return signs
-
-
-def _open(plan: Plan, q: FloatArray) -> dict[int, BoolArray]:
-    """By cut joint, the configurations (columns of q) in which its loop is open."""
-    circuits = circuits_at(plan.graph, plan.tree, q)
-    found = {}
-    for cut in plan.tree.cuts:
-        end = loops.ends(circuits, cut)
-        closed = np.ones(q.shape[1], dtype=bool)
-        for row in canonical_rows(plan.graph.joints[cut], cut):
-            gap = row.per_length(plan.graph) * as_array(row.value(circuits, end))
-            closed &= np.abs(gap) <= _CLOSED * plan.graph.length
-        found[cut] = ~closed
-    return found
 
 
 def _distinguishing(graph: Graph, plan: Plan) -> list[int]:
@@ -362,15 +304,3 @@ def _groups(
         groups.append(left[same].tolist())
         left = left[~same]
     return groups
-
-
-def _beyond(plan: Plan, q: FloatArray) -> tuple[str, ...]:
-    """The limits on positions and cone angles that coordinates, as they are counted, exceed."""
-    graph = plan.graph
-    values = {c.name: float(q[k]) for k, c in enumerate(graph.coordinates)}
-    if any(limit.coordinate in graph.cones for limit in graph.limited):
-        counted = np.array([q[k] + plan.offset(k) for k in range(len(q))])
-        circuits = circuits_at(graph, plan.tree, counted)
-        for name, cone in plan.cones.items():
-            values[name] = as_float(cone_angle(circuits, cone, FLOATS, derivatives=0)[0])
-    return beyond_limits(graph, values)

@@ -185,7 +185,8 @@ def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> Renderab
     """The assembly modes of a mechanism: what `parakin modes` prints."""
     units = {c.name: unit_of(c.angle) for c in graph.coordinates}
     heading = [f"{n} [{units[n].name}]" for n in found.distinguished_by]
-    table = _table("mode", *heading, "conditioning", "found", "variants", "beyond limits")
+    headings = ("conditioning", "found", "variants", "beyond limits", "turned through")
+    table = _table("mode", *heading, *headings)
     for mode in found.modes:
         values = [f"{units[n].per_si * mode.coordinates[n]:z.3f}" for n in found.distinguished_by]
         table.add_row(
@@ -195,6 +196,7 @@ def modes_report(graph: Graph, driven: Sequence[str], found: Search) -> Renderab
             str(mode.found),
             str(mode.variants),
             ", ".join(mode.limits_exceeded),
+            ", ".join(mode.turned_through),
         )
     return Group(
         Text(f"{graph.mechanism.name}, driven: {', '.join(driven)}", style="bold"),

@@ -57,10 +57,15 @@ def pose_message(state: PoseState) -> str:
 def branch_label(number: int, search: Search) -> str:
     """The entry of a branch in the list to choose from."""
     branch = search.modes[number]
-    beyond = (
-        f", beyond limits: {', '.join(branch.limits_exceeded)}" if branch.limits_exceeded else ""
-    )
-    return f"{number + 1} of {len(search.modes)}{beyond}"
+    why = [
+        f", {what}: {', '.join(names)}"
+        for what, names in (
+            ("beyond limits", branch.limits_exceeded),
+            ("turned through", branch.turned_through),
+        )
+        if names
+    ]
+    return f"{number + 1} of {len(search.modes)}{''.join(why)}"
 
 
 def escaped(text: str) -> str:
