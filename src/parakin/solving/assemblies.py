@@ -25,7 +25,7 @@ CLOSED = 1e-10  # of the characteristic length
 _STEPS = 4  # and undamped ones after these
 _DRAWS = 12  # of signs, as long as loops stay open
 _FAR = 3.0  # characteristic lengths: how far from home starts lie
-_POLISHED = 3  # times, of which one is enough where it is regular
+_POLISHED = 3  # times, the first of which is enough where it is regular
 
 
 def assembled_from(
@@ -77,12 +77,13 @@ def _polish(
     outputs: Outputs,
     out: FloatArray,
 ) -> None:
-    """Bring to round-off what closes but has come near its solution only in the last draw."""
-    for _ in range(_POLISHED):
+    """Bring to round-off what closes: once more, and again what has only just come near."""
+    for repeat in range(_POLISHED):
         residual, size = out[outputs.residual], out[outputs.size]
-        rough = np.flatnonzero(
-            (residual <= CLOSED * plan.graph.length) & ~(residual <= AT_ONCE * size)
-        )
+        rough = residual <= CLOSED * plan.graph.length
+        if repeat:
+            rough &= ~(residual <= AT_ONCE * size)
+        rough = np.flatnonzero(rough)
         if not len(rough):
             return
         chosen = [None if sign is None else sign[rough] for sign in signs]

@@ -18,6 +18,7 @@ from parakin.algebra.angles import nearest_angle
 from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.errors import InputError, nearest
 from parakin.kernel.outputs import Outputs
+from parakin.kinematics.assembly import close
 from parakin.kinematics.configuration import circuits_at, configure, coordinate_scales
 from parakin.kinematics.free_motions import free_motions
 from parakin.kinematics.recursion import Circuits
@@ -26,8 +27,9 @@ from parakin.planning.ordering import plan_of
 from parakin.planning.plan import Plan
 from parakin.solving.assemblies import CLOSED, assembled_from
 from parakin.solving.solver import Solver
-from parakin.solving.status import RESIDUAL, SINGULAR
+from parakin.solving.status import SINGULAR
 from parakin.solving.usability import limits_exceeded, turned_through
+from parakin.solving.walking import CLOSED as AT_ONCE
 
 _SAME = 1e-6  # radians and characteristic lengths: how much two copies of one assembly may differ
 _RESTS = 1e-9  # rates below this are none
@@ -131,12 +133,14 @@ def modes_of(
         _name_again(graph, turned, q)
         real &= ~_only_folded(graph, plan, q, home)
     regular = np.abs(conditioning) > SINGULAR
-    closed = np.flatnonzero(real & regular & (residual <= RESIDUAL * out[outputs.size]))
+    closed = np.flatnonzero(real & regular)
+    rough = residual[closed] > AT_ONCE * out[outputs.size, closed]
     distinguished_by = _distinguishing(graph, plan)
     found = _sorted_out(
         plan,
         q[:, closed],
         np.abs(conditioning[closed]),
+        rough,
         _of(turned, closed),
         home,
         distinguished_by,
@@ -156,12 +160,13 @@ def _sorted_out(
     plan: Plan,
     q: FloatArray,
     conditioning: FloatArray,
+    rough: BoolArray,
     turned: FloatArray | None,
     home: FloatArray,
     distinguished_by: Sequence[int],
 ) -> tuple[Mode, ...]:
     """The distinct ones among closed configurations (columns of q): usable ones first, and among
-    these, those nearest to home.
+    these, those nearest to home. rough: which are not closed to round-off.
     """
     graph = plan.graph
     scales = coordinate_scales(graph)
@@ -173,6 +178,8 @@ def _sorted_out(
         nearest = int(np.argmin(np.linalg.norm(steps, axis=0)))
         away = np.linalg.norm(steps[distinguished_by], axis=0)
         position = home + _wrapped(graph, at[:, nearest] - home)
+        if rough[members[nearest]]:
+            position = _to_round_off(plan, position)
         mode = Mode(
             "",
             {graph.coordinates[k].name: float(position[k]) for k in everything},
@@ -196,6 +203,15 @@ def _sorted_out(
         replace(mode, name="home" if distance < 1e-4 else str(number))
         for number, (distance, mode) in enumerate(found, start=1)
     )
+
+
+def _to_round_off(plan: Plan, q: FloatArray) -> FloatArray:
+    """Coordinates, as they are counted, closed as well as numbers can."""
+    graph = plan.graph
+    offsets = np.array([plan.offset(k) for k in range(len(q))])
+    tree = graph.tree(first={graph.coordinates[k].joint for k in plan.driven})
+    at, norm = close(graph, tree, q + offsets, held=plan.driven)
+    return at.q[: len(q)] - offsets if norm <= AT_ONCE * graph.length else q
 
 
 def _distinguishing(graph: Graph, plan: Plan) -> list[int]:
