@@ -29,5 +29,6 @@ nitpick_ignore = [
         for name in ("ndarray", "dtype", "float64", "int64", "int8", "bool")
     ),
     ("py:class", "collections.abc.Callable"),
+    ("py:class", "collections.abc.Mapping"),
     ("py:class", "parakin.algebra.spatial.S_co"),  # a type variable, known to type checkers alone
 ]
