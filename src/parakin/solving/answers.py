@@ -10,9 +10,18 @@ from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
 from parakin.solving.atlas import Atlas
 from parakin.solving.inputs import Guesses, Start
 from parakin.solving.results import Labels
-from parakin.solving.status import SOLVED, UNREACHED, Status, blank_undefined, classify
+from parakin.solving.status import (
+    SOLVED,
+    UNREACHED,
+    Status,
+    are,
+    blank_undefined,
+    classify,
+)
 from parakin.solving.stops import Stopped
 from parakin.solving.tick import Tick
+
+_REGARDLESS = (Status.CONVERGED, Status.SINGULAR)  # of what the guess was
 
 
 class Answers:
@@ -49,11 +58,11 @@ class Answers:
             known = np.delete(numbers, self._cone_rows, axis=0)
             beyond, open_ = np.isinf(known).any(axis=0), np.isnan(known).any(axis=0)
             open_ &= status == Status.CONVERGED
-            status[open_ | (beyond & np.isin(status, SOLVED))] = Status.OUT_OF_REACH
+            status[open_ | (beyond & are(SOLVED, status))] = Status.OUT_OF_REACH
         undefined = status == Status.ANGLES_UNDEFINED
         stopped = self._stopped(columns, inputs, status, sound) if rows.checks else None
         if status.any():
-            numbers[:, ~np.isin(status, SOLVED)] = np.nan
+            numbers[:, ~are(SOLVED, status)] = np.nan
         residual: float | FloatArray = np.nan
         conditioning: float | FloatArray = np.nan
         verdict: int | StatusArray = int(status[0]) if out.ndim == 1 else status
@@ -63,7 +72,7 @@ class Answers:
                 residual, conditioning = float(residual), float(conditioning)
         tick = self.tick(out, verdict, residual, conditioning, stopped)
         if found is not None and undefined.any():
-            found[:, ~np.isin(status, SOLVED)] = np.nan
+            found[:, ~are(SOLVED, status)] = np.nan
             tick = tick._replace(iterated=found[:, 0] if out.ndim == 1 else found)
         return tick
 
@@ -87,7 +96,7 @@ class Answers:
         if not isinstance(walked, int) or walked:
             status = np.where(walked, walked, status).astype(np.int8)
         if sound is not None:
-            bad = np.isin(status, (Status.CONVERGED, Status.SINGULAR)) & ~sound
+            bad = are(_REGARDLESS, status) & ~sound
             status[bad] = Status.OUT_OF_REACH
         if singular:
             self.atlas.exchange(columns, inputs, status)
@@ -95,7 +104,7 @@ class Answers:
             begun = start.iterated if start.iterated.ndim == 2 else start.iterated[:, None]
             ended = columns[self.layout.iterated[0]] if found is None else found
             near = np.abs(ended - begun).max(axis=0) <= within
-            status[np.isin(status, SOLVED) & ~near] = Status.BRANCH_CHANGE
+            status[are(SOLVED, status) & ~near] = Status.BRANCH_CHANGE
         if self.layout.triples:
             undefined = blank_undefined(columns, self.layout)
             status[undefined & (status == Status.CONVERGED)] = Status.ANGLES_UNDEFINED
@@ -109,11 +118,15 @@ class Answers:
         sound: BoolArray | None,
     ) -> Stopped:
         """The limits exceeded, which flags a pose, and the limbs that cannot reach."""
+        open_: BoolArray | None = None
         stopped = self.atlas.home.limits.stopped(columns)
-        solved = np.isin(status, SOLVED)
-        stopped.number[~solved], stopped.excess[~solved] = 0, np.nan
+        if status.any():
+            solved = are(SOLVED, status)
+            stopped.number[~solved], stopped.excess[~solved] = 0, np.nan
+            open_ = are(UNREACHED, status)
         status[stopped.number > 0] = Status.LIMIT_EXCEEDED
-        open_ = np.isin(status, UNREACHED)
+        if open_ is None:
+            return stopped
         if sound is not None:
             open_ &= sound
         if open_.any():
@@ -168,7 +181,6 @@ class Answers:
     @cached_property
     def _cone_rows(self) -> list[int]:
         """Where cone angles are, whose rates are none where an angle is exactly zero."""
-        reported = self.outputs.coordinates[: self.layout.reported]
-        at = [row for row, name in enumerate(reported) if isinstance(name, str)]
+        at = [row for row, name in enumerate(self.outputs.coordinates) if isinstance(name, str)]
         orders = range(1, self.outputs.derivatives + 1)
         return [self.outputs.derivative(row, order) for order in orders for row in at]

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from parakin.algebra.spatial import as_array
-from parakin.arrays import FloatArray, IndexArray
+from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.errors import ParakinError
 from parakin.kernel.backends import Kernel, make_kernel
 from parakin.kernel.outputs import Outputs
@@ -149,11 +149,14 @@ class Chart:
         plan that cannot be closed: the first whose form has no root, or else the one of those
         iterated that is farthest from closed; -1 where there is none.
         """
-        blocks = self.plan.blocks
-        if not blocks or not all(block.unknowns[0] in self.places for block in blocks):
-            return np.full(out.shape[1], -1, dtype=np.intp)
-        lost = np.isnan(out[[self.places[block.unknowns[0]] for block in blocks]])
-        found = np.where(lost.any(axis=0), lost.argmax(axis=0), -1)
+        blocks, place = self.plan.blocks, self.places
+        found = np.full(out.shape[1], -1, dtype=np.intp)
+        for number in reversed(range(len(blocks))):
+            known = [place[k] for k in blocks[number].unknowns if k in place]
+            if known:
+                found[np.isnan(out[known[0]])] = number
+        if not all(k in place for k in self.plan.unknowns):
+            return np.where(self._sure[found], found, -1)
         rest = np.flatnonzero(found < 0)
         iterated = [number for number, block in enumerate(blocks) if block.iterated]
         if len(iterated) == 1:
@@ -163,6 +166,18 @@ class Chart:
             gaps = np.array([self._gap(blocks[number], q) for number in iterated])
             found[rest] = np.array(iterated)[gaps.argmax(axis=0)]
         return found
+
+    @cached_property
+    def _sure(self) -> BoolArray:
+        """For each block, whether all blocks that it needs are known, so that it is the first that
+        fails where it fails; and for none.
+        """
+        places, home = self.places, {k: b for b in self.plan.blocks for k in b.unknowns}
+
+        def known(block: Block) -> bool:
+            return all(k in places and known(home[k]) for k in block.needs if k in home)
+
+        return np.array([*(known(block) for block in self.plan.blocks), False])
 
     def _gap(self, block: Block, q: FloatArray) -> FloatArray:
         """How far a block's rows are from closed [m], squared, at coordinates (N, n)."""

@@ -89,7 +89,8 @@ def compile(
 
 def _outputs(plan: Plan, chosen: Sequence[int | str], derivatives: int, *, checks: bool) -> Outputs:
     """The coordinates to report and, after them, whatever else is watched along a motion."""
-    hidden = also_known(plan, chosen, plan.unknowns) if checks else []
+    solved = plan.unknowns if checks and derivatives > 1 else plan.iterated
+    hidden = also_known(plan, chosen, solved) if checks else []
     return Outputs((*chosen, *hidden), derivatives, checks)
 
 

@@ -22,6 +22,7 @@ class Crossings:
         self.first_at = np.full(len(stops.names), np.nan)
         self._track, self._names = track, stops.names
         self._last: float | None = None  # time of the last sample
+        self._limited = any(stops.units)
 
     @property
     def words(self) -> str:
@@ -32,6 +33,8 @@ class Crossings:
 
     def note(self, time: FloatArray, pieces: list[Piece]) -> None:
         """Look at one more window: the times of its samples, and what is solved of it."""
+        if not self._limited:
+            return
         beyond = _beyond(pieces, len(time), len(self.first_at))
         for number in np.flatnonzero(beyond.any(axis=1) & np.isnan(self.first_at)).tolist():
             k = int(beyond[number].argmax())

@@ -53,7 +53,7 @@ class Labels:
 
     @cached_property
     def common(self) -> tuple[dict[Hashable, xr.Variable], dict[Hashable, xr.Index]]:
-        """Names of coordinates, their units and what drives, with their indexes."""
+        """Names of coordinates and stops, their units and what drives, with their indexes."""
         import xarray as xr
 
         graph = self.graph
@@ -68,9 +68,24 @@ class Labels:
                 "unit": ("coordinate", list(self.units)),
                 "actuated": ("coordinate", actuated),
                 "driven": ("coordinate", [name in self.driven for name in self.coordinates]),
+                "stop": list(self.stops.names),
+                "stop_unit": ("stop", list(self.stops.units)),
             }
         )
         return dict(labels.variables), dict(labels.xindexes)
+
+    @cached_property
+    def fixed(self) -> dict[str, xr.Variable]:
+        """What is the same for every motion: home and the limits."""
+        import xarray as xr
+
+        home = [self.home.get(name, np.nan) for name in self.coordinates]
+        units = {"comment": "SI; see stop_unit"}
+        return {
+            "home": xr.Variable("coordinate", home),
+            "limit_low": xr.Variable("stop", list(self.stops.low), units),
+            "limit_high": xr.Variable("stop", list(self.stops.high), units),
+        }
 
 
 class Verdict(NamedTuple):
@@ -111,14 +126,9 @@ def dataset(
         "status": ("time", verdict.status, _status_attributes()),
         "residual": ("time", out[rows.residual], residual),
         "conditioning": ("time", out[rows.conditioning], {"units": "1"}),
-        "home": ("coordinate", [of.home.get(name, np.nan) for name in of.coordinates]),
     }
-    variables |= _stops(of.stops, verdict)
-    labels = {
-        "time": xr.Variable("time", time, {"units": "s"}),
-        "stop": xr.Variable("stop", list(of.stops.names)),
-    }
-    units = {"stop_unit": xr.Variable("stop", list(of.stops.units))}
+    variables |= _stopped(verdict) | of.fixed
+    labels = {"time": xr.Variable("time", time, {"units": "s"})}
     if figures is not None:
         last = None if before is None else before["body_orientation"].values[-1]
         variables |= _bodies(figures, len(points), len(time), last)
@@ -133,7 +143,7 @@ def dataset(
     }
     common, indexes = of.common
     indexes = indexes | {n: xr.indexes.PandasIndex(v.values, n) for n, v in labels.items()}
-    return xr.Dataset(variables, xr.Coordinates(common | labels | units, indexes), attributes)
+    return xr.Dataset(variables, xr.Coordinates(common | labels, indexes), attributes)
 
 
 def history(ds: xr.Dataset, coordinate: str) -> xr.Dataset:
@@ -172,19 +182,19 @@ def require_solved(ds: xr.Dataset) -> xr.Dataset:
     return ds
 
 
-def _stops(stops: Stops, verdict: Verdict) -> dict[str, Any]:
-    """What stopped each sample, as places in the dimension `stop`, and what is known of each."""
+def _stopped(verdict: Verdict) -> dict[str, Any]:
+    """What stopped each sample, as a place in `stop`, by how much, and since when."""
     number, excess = verdict.stopped
     place = {"long_name": "place in `stop` of what stopped the sample; 0 is nothing"}
-    beyond = {"long_name": "how far above the upper limit or, if negative, below the lower one"}
-    first = {"long_name": "when that which stopped the sample was first met"}
-    units = {"comment": "SI; see stop_unit"}
+    beyond = {
+        "long_name": "how far above the upper limit or, if negative, below the lower one",
+        "comment": "SI; see stop_unit",
+    }
+    first = {"long_name": "when that which stopped the sample was first met", "units": "s"}
     return {
         "stopped_by": ("time", number.astype(np.int16), place),
-        "excess": ("time", excess, beyond | units),
-        "first_at": ("time", verdict.first_at, first | {"units": "s"}),
-        "limit_low": ("stop", list(stops.low), units),
-        "limit_high": ("stop", list(stops.high), units),
+        "excess": ("time", excess, beyond),
+        "first_at": ("time", verdict.first_at, first),
     }
 
 

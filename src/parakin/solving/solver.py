@@ -36,6 +36,7 @@ from parakin.solving.status import (
     SINGULAR,
     UNREACHED,
     Status,
+    are,
     blank_undefined,
     classify,
 )
@@ -328,11 +329,11 @@ class Solver:
         self, track: Track, status: StatusArray, stopped: Stopped, crossings: Crossings
     ) -> None:
         """Name the loop that cannot be closed, where a motion ends out of reach."""
-        ended = np.flatnonzero(np.isin(status, UNREACHED))
+        ended = np.flatnonzero(are(UNREACHED, status))
         if not len(ended) or track.ending is None:
             return
         chart, driven, out = track.after_end()
-        if not np.isin(classify(out.copy(), chart.layout), UNREACHED).any():
+        if not are(UNREACHED, classify(out.copy(), chart.layout)).any():
             return
         number = self._atlas.loop_stops(chart, driven, out)[0]
         stopped.number[ended[0]] = number

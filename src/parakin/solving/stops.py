@@ -180,7 +180,10 @@ class LimitRows:
 
     def stopped(self, out: FloatArray) -> Stopped:
         """The limit that each sample (rows, n) exceeds, by the greatest part of its range."""
-        found, beyond = Stopped.by_nothing(out.shape[1]), self.beyond(out)
+        found = Stopped.by_nothing(out.shape[1])
+        if not len(self.rows):
+            return found
+        beyond = self.beyond(out)
         samples = np.flatnonzero(beyond.any(axis=0))
         if len(samples):
             values = out[np.ix_(self.rows, samples)]
