@@ -40,13 +40,15 @@ def test_the_world_is_called_after_what_stands_on_it() -> None:
 
 def test_motors_and_limits_are_those_of_the_file() -> None:
     links = [
-        Link("A", "revolute", "base", "a", values=(0.0,), limits=(-1.0, 1.0), actuated=True),
-        Link("B", "universal", "a", "b", values=(0.1, 0.2), limits=(-1.0, 1.0), actuated=True),
+        Link("A", "revolute", "base", "a", values=(0.0,), limits=((-1.0, 1.0),), actuated=True),
+        Link(
+            "B", "universal", "a", "b", values=(0.1, 0.2), limits=(None, (0.0, 2.0)), actuated=(2,)
+        ),
         Link("C", "prismatic", "b", "c", values=(0.3,)),
     ]
     mechanism = made(links)
-    assert mechanism.driven == ("A", "B.1", "B.2")
-    assert mechanism.limits == {"A": (-1.0, 1.0)}  # which of two coordinates is not said
+    assert mechanism.driven == ("A", "B.2")
+    assert mechanism.limits == {"A": (-1.0, 1.0), "B.2": (0.0, 2.0)}
     assert mechanism.guess == {"A": 0.0, "B.1": 0.1, "B.2": 0.2, "C": 0.3}
 
 

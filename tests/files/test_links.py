@@ -126,7 +126,7 @@ def test_a_coupled_hinge_and_slide_are_a_screw() -> None:
     hinge = Link("h", "revolute", "base", "nut", at(x=1.0), values=(0.2,))
     slide = Link("s", "prismatic", "nut", "rod", values=(0.1,))
     coupling = Link("c", "screw", "h", "s", pitch=0.5)
-    (screw,) = merge_screws([hinge, slide], [coupling], "file")
+    (screw,) = merge_screws([hinge, slide], [coupling], [], "file")
     assert (screw.name, screw.parent, screw.child) == ("h", "base", "rod")
     assert screw.pitch == pytest.approx(
         2 * math.pi * 0.5
@@ -136,9 +136,9 @@ def test_a_coupled_hinge_and_slide_are_a_screw() -> None:
         with pytest.raises(
             InputError, match="a slide along the axis of the hinge it is coupled to"
         ):
-            merge_screws([hinge, wrong], [coupling], "file")
+            merge_screws([hinge, wrong], [coupling], [], "file")
     with pytest.raises(InputError, match="expected one coupling for each joint"):
-        merge_screws([hinge, slide], [coupling, coupling], "file")
+        merge_screws([hinge, slide], [coupling, coupling], [], "file")
 
 
 # ---- the platform
