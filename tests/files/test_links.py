@@ -132,11 +132,12 @@ def test_a_coupled_hinge_and_slide_are_a_screw() -> None:
         2 * math.pi * 0.5
     )  # per turn, where the coupling's is per rad
     assert screw.F == hinge.F
-    for wrong in (replace(slide, F=at(x=0.1)), replace(slide, F=at(turn="x", by=0.1))):
-        with pytest.raises(
-            InputError, match="a slide along the axis of the hinge it is coupled to"
-        ):
-            merge_screws([hinge, wrong], [coupling], [], "file")
+    wrong = replace(slide, F=at(turn="x", by=0.1))
+    with pytest.raises(InputError, match="a slide along the axis of the hinge it is coupled to"):
+        merge_screws([hinge, wrong], [coupling], [], "file")
+    loop = Link("l", "spherical", "nut", "base")
+    with pytest.raises(InputError, match="file: c: found 's' following 'h'"):
+        merge_screws([hinge, slide], [coupling], [loop], "file")
     with pytest.raises(InputError, match="expected one coupling for each joint"):
         merge_screws([hinge, slide], [coupling, coupling], [], "file")
 

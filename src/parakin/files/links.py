@@ -35,10 +35,12 @@ _APART = 1e-6  # directions and positions that differ by less are the same
 @dataclass(frozen=True)
 class Link:
     """A joint in such a file: frame `F` on its parent and `M` on its child, which coincide when
-    its coordinates are zero. `values` are its coordinates in the file's own pose [m, rad], `limits`
-    their ranges, if there are any. actuated: whether a motor moves it, or which of its coordinates,
-    the first being 1. A screw is the coupling of a hinge, its parent, and a slide, its child, that
-    stands at `advance` [m] plus `pitch` [m/rad] times the hinge's angle.
+    its coordinates are zero.
+
+    values: its coordinates in the file's own pose [m, rad]. limits: their ranges, if there are any.
+    actuated: whether a motor moves it, or which of its coordinates, the first being 1. place: where
+    in the file it is told, for messages. A screw is the coupling of a hinge, its parent, and a
+    slide, its child, which stands at `advance` [m] plus `pitch` [m/rad] times the hinge's angle.
     """
 
     name: str
@@ -53,6 +55,11 @@ class Link:
     pitch: float = 0.0
     advance: float = 0.0
     angles: tuple[tuple[str, str], ...] = (("roll", "x"), ("pitch", "y"), ("yaw", "z"))
+    place: str = ""
+
+    def where(self, origin: str) -> str:
+        """What messages call it: its place, or its name in the file `origin`."""
+        return self.place or f"{origin}: {self.name}"
 
 
 def moved(slides: bool, by: float) -> Pose[float]:
@@ -74,7 +81,7 @@ def merge_screws(
     result = list(links)
     ends = Counter(n for link in (*links, *closing) for n in (link.parent, link.child))
     for screw in screws:
-        place = f"{origin}: {screw.name}"
+        place = screw.where(origin)
         parts = [
             [link for link in result if link.name == name and link.kind == kind and not link.pitch]
             for name, kind in ((screw.parent, "revolute"), (screw.child, "prismatic"))
@@ -97,7 +104,7 @@ def merge_screws(
 
 
 def _screw(hinge: Link, slide: Link, screw: Link, place: str) -> Link | None:
-    """The helical joint of a hinge and a slide next to it; None if their axes are not the same."""
+    """The helical joint of a hinge and a slide next to it; None if they are not parallel."""
     if hinge.child != slide.parent and slide.child != hinge.parent:
         return None
     pitch, advance = screw.pitch, screw.advance
@@ -109,14 +116,14 @@ def _screw(hinge: Link, slide: Link, screw: Link, place: str) -> Link | None:
         slide, pitch, advance = _negated(slide), -pitch, -advance  # it may point the other way
     else:
         return None
-    if _differ(Vector((onto.p[0], onto.p[1], 0.0)), ZERO):
-        return None
+    # The helical joint is where the hinge is: a slide is the same anywhere.
+    F, M = (first.F, second.M @ onto.inverse) if first is hinge else (first.F @ onto, second.M)
     return replace(
         hinge,
         parent=first.parent,
         child=second.child,
-        F=first.F,
-        M=second.M @ onto.inverse @ moved(True, -advance),
+        F=F,
+        M=M @ moved(True, -advance),
         limits=_limits_of_screw(hinge, slide, pitch, advance, place),
         actuated=bool(hinge.actuated or slide.actuated),
         pitch=2 * math.pi * pitch,
@@ -180,7 +187,7 @@ def merge_rigid(
             )
             if max(apart, turned) > _APART:
                 raise InputError(
-                    f"{origin}: {link.name}",
+                    link.where(origin),
                     "links that are already rigid, welded in another place",
                     "a loop",
                 )
@@ -197,7 +204,7 @@ def merge_rigid(
         (a, at_a), (b, at_b) = owner[link.parent], owner[link.child]
         if a == b:
             raise InputError(
-                f"{origin}: {link.name}",
+                link.where(origin),
                 f"a joint between {link.parent!r} and {link.child!r}, which are one rigid body",
                 "a joint between bodies that can move",
             )
@@ -217,6 +224,7 @@ def merge_chains(links: Sequence[Link], kept: set[str], in_order: bool = False) 
         for body in (link.parent, link.child):
             ends[body] = ends.get(body, 0) + 1
         onward[link.parent, _stem(link)] = link
+    alike = Counter(_stem(link) for link in links)
     result: list[Link] = []
     inside: set[str] = set()
     for link in links:
@@ -226,7 +234,9 @@ def merge_chains(links: Sequence[Link], kept: set[str], in_order: bool = False) 
             if more is None or not _stem(link) or len(chain) == 6:
                 break
             chain.append(more)
-        whole = _joint_of(chain) if len(chain) > 1 and link.name not in inside else None
+        complete = len(chain) > 1 and len(chain) == alike[_stem(link)]
+        apart = chain[0].parent != chain[-1].child  # where a loop is welded, it may be the same
+        whole = _joint_of(chain) if complete and apart else None
         if in_order and whole is not None and not turns_in_order(whole):
             whole = None
         if whole is not None:

@@ -118,7 +118,7 @@ def _pairs(table: Mapping[str, Any], links: Mapping[str, str], place: str) -> li
         fixed = str(kind).lower() == "6d"
         loop = "fixed" if fixed else "spherical"
         name = _shared(*ends) or f"loop{k + 1}"
-        loops.append(Link(name, loop, links[ends[0]], links[ends[1]]))
+        loops.append(Link(name, loop, links[ends[0]], links[ends[1]], place=where))
     return loops
 
 
@@ -151,7 +151,7 @@ def _closures(
             R, kind = about(axis), "revolute"
         F, M = (poses[name].inverse @ Pose(R, vector(point)) for name in ends)
         name = str(closure.get("name") or f"loop{k + 1}")
-        loops.append(Link(name, kind, ends[0], ends[1], F, M))
+        loops.append(Link(name, kind, ends[0], ends[1], F, M, place=where))
     return loops
 
 

@@ -18,7 +18,7 @@ from parakin.files.from_links import WORLD, mechanism_of
 from parakin.files.links import Link, moved
 from parakin.files.mjcf_skeleton import check_mjcf, skeleton, used
 from parakin.files.parsing import numbers
-from parakin.files.vocabulary import line_of, not_used
+from parakin.files.vocabulary import line_number, line_of, not_used
 from parakin.model.mechanism import MAX_JOINTS, Mechanism
 from parakin.model.placement import about, vector
 
@@ -51,7 +51,7 @@ def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
     except (ValueError, RuntimeError) as error:
         raise _refused(str(error), mujoco.__version__, origin) from None
     home = _home(root, model, origin)
-    read = _Model(mujoco, spec, model, home, _actuated(root, model, origin), origin)
+    read = _Model(mujoco, root, spec, model, home, _actuated(root, model, origin), origin)
     loops = read.loops()
     links = [link for body in range(1, model.nbody) for link in read.links(body)]
     notes = f"Read from MJCF.{not_used(root, used)}"
@@ -105,6 +105,7 @@ class _Model:
     def __init__(
         self,
         mujoco: Any,
+        root: _Element,
         spec: Any,
         model: Any,
         home: list[float],
@@ -114,12 +115,17 @@ class _Model:
         self.mujoco, self.model, self.home = mujoco, model, home
         self.actuated, self.origin = actuated, origin
         self.lines = {
-            what: {element.id: f"{element.info}" for element in elements}
+            what: {element.id: str(element.info) for element in elements}
             for what, elements in (("joint", spec.joints), ("equality", spec.equalities))
         }
+        told = {j.get("name"): f"line {line_number(j)}" for j in root.iter("freejoint")}
+        for joint in spec.joints:  # MuJoCo knows no line of a <freejoint>
+            self.lines["joint"][joint.id] = str(joint.info) or told.get(joint.name, "")
         bodies = [model.body(k).name for k in range(model.nbody)]
         joints = [model.joint(k).name for k in range(model.njnt)]
         self.bodies, self.joints = _all_named(bodies, "body"), _all_named(joints, "joint")
+        equalities = [model.equality(i).name for i in range(model.neq)]
+        self.loop_names = _all_named(equalities, "loop")
         self.taken = set(self.bodies)
         self.held: dict[int, float] = {}  # joints that an equality holds still, and where
         disabled, bits = int(model.opt.disableflags), mujoco.mjtDisableBit
@@ -129,7 +135,9 @@ class _Model:
     def place(self, what: str, k: int) -> str:
         """Where joint or equality number `k` stands in the file."""
         line = self.lines[what].get(k, "")
-        return f"{self.origin}, {line}" if line else self.origin
+        name = self.joints[k] if what == "joint" else self.loop_names[k]
+        place = f"{self.origin}, {line}" if line else self.origin
+        return f"{place}: {what} {name!r:.80}"
 
     def links(self, body: int) -> list[Link]:
         """A body's joints in order, with nameless bodies between them. Raises InputError."""
@@ -150,19 +158,18 @@ class _Model:
     def _link(self, j: int, near: str, far: str, at: Pose[float]) -> Link:
         model, kinds, pose = self.model, self.mujoco.mjtJoint, self.home
         name, kind, k = self.joints[j], int(model.jnt_type[j]), int(model.jnt_qposadr[j])
-        point = vector(model.jnt_pos[j])
+        point, place = vector(model.jnt_pos[j]), self.place("joint", j)
         if kind == kinds.mjJNT_FREE:
             values = (*pose[k : k + 3], *_angles_of(self._matrix(pose[k + 3 : k + 7])))
-            return Link(name, "free", near, far, values=tuple(map(float, values)))
+            return Link(name, "free", near, far, values=tuple(map(float, values)), place=place)
         limited = bool(model.jnt_limited[j]) and not self.no_limits
         if kind == kinds.mjJNT_BALL:
             if limited:
-                place = f"{self.place('joint', j)}: range"
                 expected = "none: no coordinate here counts a ball's whole turn"
-                raise InputError(place, f"a range of the ball joint {name!r}", expected)
+                raise InputError(f"{place}: range", "a range of a ball joint", expected)
             here = Pose(IDENTITY, point)
             values = _angles_of(self._matrix(pose[k : k + 4]))
-            return Link(name, "spherical", near, far, at @ here, here, values)
+            return Link(name, "spherical", near, far, at @ here, here, values, place=place)
         slides = kind == kinds.mjJNT_SLIDE
         here = Pose(about(vector(model.jnt_axis[j])), point)
         # In the file's pose the joint stands at `ref`; here it stands at zero.
@@ -180,6 +187,7 @@ class _Model:
             (float(pose[k]),),
             ((low, high),) if limited and low < high else (),
             name in self.actuated,
+            place=place,
         )
 
     def loops(self) -> list[Link]:
@@ -188,9 +196,8 @@ class _Model:
         Raises InputError.
         """
         model, kinds = self.model, self.mujoco.mjtEq
-        names = _all_named([model.equality(i).name for i in range(model.neq)], "loop")
         made: list[Link] = []
-        for i, name in enumerate(names):
+        for i, name in enumerate(self.loop_names):
             if not model.eq_active0[i] or self.no_loops:
                 continue
             kind = int(model.eq_type[i])
@@ -198,13 +205,14 @@ class _Model:
                 made += self._coupling(i, name)
                 continue
             if kind not in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD):
-                found = f"the equality {name!r:.80}"
-                raise InputError(self.place("equality", i), found, "connect, weld, or joint")
+                expected = "connect, weld, or joint"
+                raise InputError(self.place("equality", i), "another kind of equality", expected)
             a, b, F, M = self._ends(i)
             turning = kind == kinds.mjEQ_WELD and model.eq_data[i][10] != 0
             if kind == kinds.mjEQ_WELD and not turning:
                 F, M = Pose(IDENTITY, F.p), Pose(IDENTITY, M.p)
-            made.append(Link(name, "fixed" if turning else "spherical", a, b, F, M))
+            closing, place = "fixed" if turning else "spherical", self.place("equality", i)
+            made.append(Link(name, closing, a, b, F, M, place=place))
         return _hinges(made)
 
     def _ends(self, i: int) -> tuple[str, str, Pose[float], Pose[float]]:
@@ -226,7 +234,7 @@ class _Model:
         MuJoCo's equation: q1 - ref1 = c0 + c1 (q2 - ref2) + ... Raises InputError on others.
         """
         model, kinds = self.model, self.mujoco.mjtJoint
-        place = f"{self.place('equality', i)}: equality {name!r:.80}"
+        place = self.place("equality", i)
         first, second = int(model.eq_obj1id[i]), int(model.eq_obj2id[i])
         offset, ratio, *curved = (float(a) for a in model.eq_data[i][:5])
         zero = self._zero(first)
@@ -243,7 +251,7 @@ class _Model:
         if slides[1]:  # the hinge is told by the slide
             first, second, advance, ratio = second, first, -advance / ratio, 1 / ratio
         ends = self.joints[second], self.joints[first]
-        return [Link(name, "screw", *ends, pitch=ratio, advance=advance)]
+        return [Link(name, "screw", *ends, pitch=ratio, advance=advance, place=place)]
 
     def _zero(self, joint: int) -> float:
         """A joint's `ref`."""
@@ -317,4 +325,4 @@ def _hinge(a: Link, b: Link) -> Link | None:
         frames.append(Pose(about((1 / length) * along), p))
     if abs(lengths[0] - lengths[1]) > 1e-12 * max(1.0, *lengths):
         return None
-    return Link(a.name, "revolute", a.parent, a.child, frames[0], frames[1])
+    return Link(a.name, "revolute", a.parent, a.child, frames[0], frames[1], place=a.place)

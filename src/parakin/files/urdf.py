@@ -163,6 +163,7 @@ def _joints(
                 (0.0,) * _FREEDOMS.get(kind, 0),
                 _limits(element, kind, place),
                 _independent(element, place),
+                place=place,
             )
         )  # fmt: skip
         mimic = element.find("mimic")
@@ -202,9 +203,11 @@ def _mimic(element: _Element, name: str, kinds: Mapping[str, str], place: str) -
     if ratio == 0 and pair[1] in ("revolute", "prismatic"):
         return Link(name, "fixed", leader, name, advance=offset)
     if pair == ("revolute", "prismatic"):
-        return Link(name, "screw", leader, name, pitch=ratio, advance=offset)
+        return Link(name, "screw", leader, name, pitch=ratio, advance=offset, place=place)
     if pair == ("prismatic", "revolute"):
-        return Link(name, "screw", name, leader, pitch=1 / ratio, advance=-offset / ratio)
+        return Link(
+            name, "screw", name, leader, pitch=1 / ratio, advance=-offset / ratio, place=place
+        )
     found = f"a joint that mimics {leader!r:.80}"
     expected = "independent joints, screws, or loops instead: gears are not supported"
     raise InputError(place, found, expected)
@@ -313,5 +316,5 @@ def _loops(root: _Element, names: Sequence[str], origin: str) -> list[Link]:
                 raise InputError(place, f"unknown link {link!r}", nearest(link, names))
             ends.append((link, _origin(at, place) @ _axis(element, kind, place)))
         (a, F), (b, M) = ends
-        found.append(Link(name, kind, a, b, F, M))
+        found.append(Link(name, kind, a, b, F, M, place=place))
     return found
