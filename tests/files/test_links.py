@@ -136,7 +136,7 @@ def test_a_coupled_hinge_and_slide_are_a_screw() -> None:
     with pytest.raises(InputError, match="a slide along the axis of the hinge it is coupled to"):
         merge_screws([hinge, wrong], [coupling], [], "file")
     loop = Link("l", "spherical", "nut", "base")
-    with pytest.raises(InputError, match="file: c: found 's' following 'h'"):
+    with pytest.raises(InputError, match="file: c: found 'nut', inside the screw of 'h', joined"):
         merge_screws([hinge, slide], [coupling], [loop], "file")
     with pytest.raises(InputError, match="expected one coupling for each joint"):
         merge_screws([hinge, slide], [coupling, coupling], [], "file")

@@ -66,21 +66,9 @@ def numbers(values: Any) -> str:
 def turn(rng: Rng) -> str:
     """A random orientation in one of MJCF's five ways, or none."""
     v = rng.normal(size=6)
-    return str(
-        rng.choice(
-            np.array(
-                [
-                    "",
-                    f'quat="{numbers(v[:4])}"',
-                    f'axisangle="{numbers(v[:4])}"',
-                    f'euler="{numbers(v[:3] * 40)}"',
-                    f'xyaxes="{numbers(v)}"',
-                    f'zaxis="{numbers(v[:3])}"',
-                ],
-                dtype=object,
-            )
-        )
-    )
+    sizes = {"quat": 4, "axisangle": 4, "euler": 3, "xyaxes": 6, "zaxis": 3, "": 0}
+    way = str(rng.choice(list(sizes)))
+    return f'{way}="{numbers(v[: sizes[way]])}"' if way else ""
 
 
 def place(rng: Rng) -> str:

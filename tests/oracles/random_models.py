@@ -7,7 +7,6 @@ refused with its place.
 
 from __future__ import annotations
 
-import math
 import random
 import re
 import sys
@@ -17,40 +16,36 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
-from numpy.typing import NDArray
-from random_mjcf import Writer, compiled, follow
-from scipy.spatial.transform import Rotation
+import random_mjcf
+import random_urdf
+import yaml
+from mjcf_twin import Array, adapted, elsewhere, judge_read
 
 import parakin
-from parakin.errors import AssemblyError, InputError
+from parakin.errors import InputError
 from parakin.kinematics.assembly import assembled
 from parakin.kinematics.configuration import Configuration, configure
 from parakin.kinematics.free_motions import free_motions
 from parakin.model.evaluation import graph_of
 from parakin.model.graph import Graph
 
-Array = NDArray[np.float64]
 SAME = 1e-9  # [m, rad]
-_HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
-_FREE, _BALL = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_BALL)
-
-
 _WORDS = re.compile(r"(?<=<)[a-z]{3,}(?=[^<>]*/>)|(?<= )[a-z]{3,}\d?(?==[\"'])")
 
 
-def misspelt(text: str, seed: int) -> str:
-    """The text with two neighbouring letters exchanged in the name of an attribute or element."""
+def misspelt(text: str, seed: int, unread: str = "$.") -> str:
+    """The text with two neighbouring letters exchanged in the name of an attribute or element.
+
+    unread: a pattern of elements in which no word is looked at.
+    """
     chance = random.Random(seed)
-    word = chance.choice(list(_WORDS.finditer(text)))
+    passed = [piece.span() for piece in re.finditer(unread, text)]
+    words = _WORDS.finditer(text)
+    word = chance.choice([w for w in words if not any(a <= w.start() < b for a, b in passed)])
     k = chance.randrange(len(word[0]) - 1)
     new = word[0][:k] + word[0][k + 1] + word[0][k] + word[0][k + 2 :]
     return text[: word.start()] + (new if new != word[0] else f"{new}s") + text[word.end() :]
-
-
-def adapted(name: str) -> str:
-    return re.sub(r"[^A-Za-z0-9_ '-]", "_", name)
 
 
 def loaded(path: Path, text: str, loops: Path | None = None) -> parakin.Mechanism | InputError:
@@ -61,119 +56,10 @@ def loaded(path: Path, text: str, loops: Path | None = None) -> parakin.Mechanis
         return error
 
 
-class Twin:
-    """A model in MuJoCo beside the mechanism read from the same file."""
-
-    def __init__(self, graph: Graph, text: str) -> None:
-        self.graph, self.model = graph, compiled(text)
-        self.data = mujoco.MjData(self.model)
-        self.numbers = {c.name: k for k, c in enumerate(graph.coordinates)}
-        self.equations = [
-            i for i in range(self.model.neq)
-            if self.model.eq_active0[i] and self.model.eq_type[i] != mujoco.mjtEq.mjEQ_JOINT
-        ]  # fmt: skip
-        self.held = {
-            int(self.model.eq_obj1id[i])
-            for i in range(self.model.neq)
-            if self.model.eq_active0[i]
-            and self.model.eq_type[i] == mujoco.mjtEq.mjEQ_JOINT
-            and self.model.eq_obj2id[i] < 0
-        }
-
-    def name(self, joint: int) -> str:
-        return self.model.joint(joint).name or f"joint{joint}"
-
-    def _six(self, joint: int) -> tuple[list[int], str] | None:
-        """The coordinates of a free joint and the order of its angles."""
-        name = adapted(self.name(joint))
-        if f"{name}.1" in self.numbers:
-            return [self.numbers[f"{name}.{k}"] for k in range(1, 7)], "XYZ"
-        platform = self.graph.mechanism.platform
-        if platform is None:
-            return None
-        labels = ["x", "y", "z", *(label for label, _ in platform.angles)]
-        order = "".join(axis.upper() for _, axis in platform.angles)
-        return [self.numbers[f"platform.{label}"] for label in labels], order
-
-    def single(self, joint: int) -> int | None:
-        """The coordinate that a hinge or slide is; None for a slide of a screw and held ones."""
-        name = self.name(joint)
-        platform = self.graph.mechanism.platform
-        for known in (name, adapted(name)):
-            if known in self.numbers:
-                return self.numbers[known]
-        stem, _, label = name.rpartition(".")
-        if platform is not None and stem and label in "123":
-            return self.numbers[f"platform.{'xyz'[int(label) - 1]}"]
-        return self.numbers.get(f"platform.{label}") if stem else None
-
-    def qpos(self, q: Array) -> Array:
-        """parakin's coordinates as MuJoCo counts them."""
-        qpos = self.model.qpos0.copy()
-        for j in range(self.model.njnt):
-            k, kind = self.model.jnt_qposadr[j], self.model.jnt_type[j]
-            if kind == _FREE:
-                numbers, order = self._six(j) or ([], "")
-                qpos[k : k + 3] = q[numbers[:3]]
-                qpos[k + 3 : k + 7] = Rotation.from_euler(order, q[numbers[3:]]).as_quat()[
-                    [3, 0, 1, 2]
-                ]
-            elif kind == _BALL:
-                angles = [q[self.numbers[f"{adapted(self.name(j))}.{n}"]] for n in (1, 2, 3)]
-                qpos[k : k + 4] = Rotation.from_euler("XYZ", angles).as_quat()[[3, 0, 1, 2]]
-            elif (number := self.single(j)) is not None:
-                qpos[k] = q[number]
-        follow(self.model, qpos)
-        return qpos
-
-    def compare(self, at: Configuration) -> None:
-        """Poses of all bodies, and the gaps that MuJoCo finds in the loops."""
-        self.data.qpos[:] = self.qpos(at.q)
-        mujoco.mj_kinematics(self.model, self.data)
-        mujoco.mj_comPos(self.model, self.data)
-        mujoco.mj_makeConstraint(self.model, self.data)
-        seen = 0
-        for body in range(1, self.model.nbody):
-            name = adapted(self.model.body(body).name or f"body{body}")
-            p, R = self.data.xpos[body], self.data.xmat[body].reshape(3, 3)
-            if name in self.graph.bodies:
-                pose = at.pose(self.graph.bodies.index(name))
-                if self.graph.bodies.index(name):
-                    np.testing.assert_allclose(pose.p, p, atol=SAME, err_msg=name)
-                    np.testing.assert_allclose(pose.R, R, atol=SAME, err_msg=name)
-                seen += 1
-            else:
-                seen += self._point(at, name, p)
-        assert seen == self.model.nbody - 1, "a body was lost"
-        rows = self.data.efc_type[: self.data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
-        assert np.abs(self.data.efc_pos[: self.data.nefc][rows]).max(initial=0.0) < SAME
-
-    def _point(self, at: Configuration, name: str, p: Array) -> bool:
-        """Whether a body that is rigid with another is where it should be on it."""
-        for key, (body, local) in self.graph.points.items():
-            if key.rpartition(".")[2] == name:
-                pose = at.pose(body)
-                np.testing.assert_allclose(pose.R @ local + pose.p, p, atol=SAME, err_msg=name)
-                return True
-        return False
-
-    def freedom(self) -> int:
-        """In how many directions MuJoCo's equations let the model move from where it is."""
-        size = self.model.nv
-        J = np.zeros((self.data.nefc, size))
-        for k in range(size):
-            unit, row = np.zeros(size), np.zeros(self.data.nefc)
-            unit[k] = 1.0
-            mujoco.mj_mulJacVec(self.model, self.data, row, unit)
-            J[:, k] = row
-        rows = self.data.efc_type[: self.data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
-        return size - int(np.linalg.matrix_rank(J[rows], tol=1e-7)) if rows.any() else size
-
-
 def judge_mjcf(seed: int, folder: Path) -> str:
     """How the model of this seed was read; AssertionError if wrongly."""
     rng = np.random.default_rng(seed)
-    written = Writer(seed).write()
+    written = random_mjcf.Writer(seed).write()
     text, path = written.text, folder / f"model{seed}.xml"
     if seed % 4 == 0:
         return _judge_misspelt(misspelt(text, seed), path)
@@ -183,7 +69,7 @@ def judge_mjcf(seed: int, folder: Path) -> str:
         return "refused"
     if isinstance(found, InputError):
         return judge_rigid(found, path)
-    return _judge_read(found, text, rng)
+    return judge_read(found, text, rng)
 
 
 def judge_rigid(found: InputError, path: Path) -> str:
@@ -191,7 +77,8 @@ def judge_rigid(found: InputError, path: Path) -> str:
     assert str(path) in found.place, str(found)
     for said in ("one rigid body", "no joints that move", "already rigid", "screws alone"):
         if said in str(found):
-            assert ", line" in found.place or "no joints" in said, str(found)
+            told = ", line" in found.place or ".yaml: clos" in found.place
+            assert told or "no joints" in said, str(found)
             return "refused as rigid"
     raise AssertionError(f"refused: {found}")
 
@@ -206,7 +93,7 @@ def check_refusal(found: object, path: Path, said: str) -> None:
 def _judge_misspelt(text: str, path: Path) -> str:
     found = loaded(path, text)
     try:
-        compiled(text)
+        random_mjcf.compiled(text)
     except ValueError as error:
         check_refusal(found, path, "expected")
         return "misspelt" if "Schema" in str(error) else "misspelt otherwise"
@@ -214,68 +101,141 @@ def _judge_misspelt(text: str, path: Path) -> str:
     return "misspelt in a frame"
 
 
-def _judge_read(mechanism: parakin.Mechanism, text: str, rng: np.random.Generator) -> str:
+_UNREAD = r"<(visual|gazebo|material|transmission)\b.*?</\1>|<(dynamics|ros2_control)[^>]*>"
+
+
+def judge_urdf(seed: int, folder: Path) -> str:
+    """How the URDF of this seed was read; AssertionError if wrongly."""
+    rng = np.random.default_rng(seed)
+    written = random_urdf.Writer(seed)
+    text, path, loops = written.text(), folder / f"robot{seed}.urdf", None
+    table = yaml.safe_dump(written.table, default_flow_style=None)
+    if seed % 4 == 0:
+        found = loaded(path, misspelt(text, seed, _UNREAD))
+        check_refusal(found, path, "expected")
+        return "misspelt"
+    if seed % 10 == 1:
+        end, said = list(random_urdf.REFUSED.items())[rng.integers(len(random_urdf.REFUSED))]
+        check_refusal(loaded(path, text.replace("</robot>", f"{end}\n</robot>")), path, said)
+        return "refused"
+    if written.table:
+        loops = folder / f"robot{seed}.yaml"
+        loops.write_text(table)
+    if loops is not None and seed % 10 == 3:
+        more, said = list(random_urdf.REFUSED_BESIDE.items())[seed // 10 % 5]
+        loops.write_text(_with(table, more))
+        found = loaded(path, text, loops)
+        assert isinstance(found, InputError), more
+        assert str(loops) in found.place, str(found)
+        assert said in str(found), str(found)
+        return "refused beside"
+    found = loaded(path, text, loops)
+    if isinstance(found, InputError):
+        return judge_rigid(found, loops if loops and str(loops) in found.place else path)
+    return _compare_urdf(found, written, rng)
+
+
+def _with(table: str, more: str) -> str:
+    """A YAML table with another entry in place of its own of the same name, if it has one."""
+    key = more.partition(":")[0]
+    tables = yaml.safe_load(table)
+    tables.pop(key, None)
+    return str(yaml.safe_dump(tables)) + more
+
+
+def _compare_urdf(
+    mechanism: parakin.Mechanism, written: random_urdf.Writer, rng: np.random.Generator
+) -> str:
     graph = graph_of(mechanism)
-    twin = Twin(graph, text)
-    _compare_home(twin, mechanism)
-    _compare_limits(twin)
-    if not twin.equations:
+    _compare_joints(graph, written)
+    if not written.loops:
         for _ in range(3):
-            twin.compare(configure(graph, graph.tree(), rng.normal(size=len(graph.coordinates))))
-        assert twin.freedom() == len(graph.coordinates)
+            q = rng.normal(size=len(graph.coordinates))
+            _compare_links(configure(graph, graph.tree(), q), written)
         return "tree"
     home = assembled(graph)
-    twin.compare(home)
-    motions = free_motions(graph, graph.posed_tree(), configure(graph, graph.posed_tree(), home.q))
-    assert twin.freedom() == motions.shape[1], "another mobility"
-    aside = home.q + rng.normal(size=len(home.q)) * 0.1
-    guess = {c.name: float(aside[k]) for k, c in enumerate(graph.coordinates)}
-    try:
-        other = assembled(graph_of(mechanism.model_copy(update={"guess": guess})))
-    except AssemblyError:
+    told = {c.name: home.q[k] for k, c in enumerate(graph.coordinates)}
+    for name, value in written.home.items():
+        if name in told:
+            assert abs(told[name] - value[0]) < 1e-6, "another home"
+    _compare_links(home, written)
+    tree = graph.posed_tree()
+    motions = free_motions(graph, tree, configure(graph, tree, home.q)).shape[1]
+    assert motions == _freedom(home, written), "another mobility"
+    other = elsewhere(mechanism, home, rng)
+    if other is None:
         return "loops, at home only"
-    twin.compare(other)
+    _compare_links(other, written)
     return "loops"
 
 
-def _compare_home(twin: Twin, mechanism: parakin.Mechanism) -> None:
-    """The guess is the key frame's pose, or the model's first; what follows is where it has to."""
-    model, q = twin.model, np.zeros(len(twin.graph.coordinates))
-    for k, value in twin.graph.guess.items():
-        q[k] = value
-    keys = [k for k in range(model.nkey) if model.key(k).name == "home"]
-    home = (model.key_qpos[keys[0]] if keys else model.qpos0).copy()
-    follow(model, home)
-    found = twin.qpos(q)
-    for j in range(model.njnt):
-        k, kind = model.jnt_qposadr[j], model.jnt_type[j]
-        if kind in (_FREE, _BALL):
-            k += 3 * (kind == _FREE)
-            same = abs(float(np.dot(found[k : k + 4], home[k : k + 4])))
-            assert same > 1 - SAME, "another home"
-        else:
-            assert abs(found[k] - home[k]) < SAME, "another home"
-    assert set(mechanism.driven) <= set(twin.numbers)
-
-
-def _compare_limits(twin: Twin) -> None:
-    """Every range of a hinge or slide is the coordinate's, and every motor moves its own."""
-    model, graph = twin.model, twin.graph
-    moved = {int(k) for k in model.actuator_trnid[:, 0]} - twin.held
-    driven = set()
-    for j in range(model.njnt):
-        number = twin.single(j) if model.jnt_type[j] in (_HINGE, _SLIDE) else None
-        if number is None:
+def _told(at: Configuration, written: random_urdf.Writer) -> dict[str, Array]:
+    """The coordinates of the tree's joints that are independent."""
+    graph = at.circuits.graph
+    numbers = {c.name: k for k, c in enumerate(graph.coordinates)}
+    told = {}
+    for joint in written.joints:
+        count = random_urdf.FREEDOMS[joint.kind]
+        name = adapted(joint.name)
+        if joint.mimics is not None or not count:
             continue
-        driven |= {graph.coordinates[number].name} if j in moved else set()
-        limits = graph.coordinates[number].limits
-        expected = tuple(model.jnt_range[j]) if model.jnt_limited[j] else (-math.inf, math.inf)
-        if graph.joints[graph.coordinates[number].joint].kind == "helical":
-            assert limits[0] >= expected[0] - SAME, "a lost limit"
-            assert limits[1] <= expected[1] + SAME, "a lost limit"
-        elif not graph.coordinates[number].name.startswith("platform."):
-            np.testing.assert_allclose(limits, expected, atol=SAME)
-    assert driven == set(graph.mechanism.driven), f"{driven} and not {graph.mechanism.driven}"
+        names = [name] if count == 1 else [f"{name}.{k + 1}" for k in range(count)]
+        if count == 6 and names[0] not in numbers:
+            names = [f"platform.{k}" for k in ("x", "y", "z", "roll", "pitch", "yaw")]
+        if count == 1 and name not in numbers:  # the hinge of a screw tells where its slide is
+            names = [next(j.name for j in written.joints if j.mimics and j.mimics[0] == name)]
+            _, ratio, offset = next(
+                j.mimics for j in written.joints if j.name == names[0] and j.mimics
+            )
+            told[joint.name] = (at.q[[numbers[names[0]]]] - offset) / ratio
+            continue
+        told[joint.name] = at.q[[numbers[n] for n in names]]
+    return told
+
+
+def _compare_links(at: Configuration, written: random_urdf.Writer) -> None:
+    """Every link where URDF's definition has it, and no gaps in the loops."""
+    told, graph = _told(at, written), at.circuits.graph
+    inside = {j.parent for j in written.joints if j.parent.startswith("n")}  # of screws
+    for link, place in written.walk(told).items():
+        if link in graph.bodies:
+            pose = at.pose(graph.bodies.index(link))
+            np.testing.assert_allclose(pose.R, place[:3, :3], atol=SAME, err_msg=link)
+            p = np.array(pose.p)
+        elif link in inside:
+            continue
+        else:
+            key = next(k for k in graph.points if k.rpartition(".")[2] == link)
+            body, local = graph.points[key]
+            p = np.array(at.pose(body).R @ local + at.pose(body).p)
+        np.testing.assert_allclose(p, place[:3, 3], atol=SAME, err_msg=link)
+    assert np.abs(written.gaps(told)).max(initial=0.0) < SAME, "open loops"
+
+
+def _freedom(at: Configuration, written: random_urdf.Writer) -> int:
+    """In how many directions the loops let the tree move, by differences."""
+    told = _told(at, written)
+    columns, step = [], 1e-6
+    for name, values in told.items():
+        for k in range(len(values)):
+            ends = []
+            for sign in (1, -1):
+                moved = {**told, name: values + sign * step * np.eye(len(values))[k]}
+                ends.append(written.gaps(moved))
+            columns.append((ends[0] - ends[1]) / (2 * step))
+    return len(columns) - int(np.linalg.matrix_rank(np.array(columns), tol=1e-6))
+
+
+def _compare_joints(graph: Graph, written: random_urdf.Writer) -> None:
+    """Limits and motors."""
+    for joint in written.joints:
+        if random_urdf.FREEDOMS[joint.kind] == 1 and joint.mimics is None:
+            known = {c.name: c.limits for c in graph.coordinates}
+            if joint.name in known:
+                expected = joint.limits or (-np.inf, np.inf)
+                np.testing.assert_allclose(known[joint.name], expected, atol=SAME)
+    driven = {joint.name for joint in written.joints if joint.driven}
+    assert len(graph.mechanism.driven) == len(driven)
 
 
 def main(count: int, first: int = 0) -> int:
@@ -295,7 +255,7 @@ def main(count: int, first: int = 0) -> int:
     return int(wrong > 0)
 
 
-JUDGES: Mapping[str, Any] = {"MJCF": judge_mjcf}
+JUDGES: Mapping[str, Any] = {"MJCF": judge_mjcf, "URDF": judge_urdf}
 
 if __name__ == "__main__":
     sys.exit(main(*map(int, sys.argv[1:])))

@@ -234,7 +234,7 @@ class Writer:
     def loop(self, number: int, at: dict[str, Array]) -> None:
         """Closes a loop between two links that can move apart."""
         rng = self.rng
-        ends = sorted(at)
+        ends = sorted(link for link in at if link.startswith("l"))  # nothing inside a screw
         pairs = [(a, b) for a in ends for b in ends if a < b and self.between(a, b) > 3]
         pairs = [
             pair for pair in pairs if all({loop.a, loop.b} != set(pair) for loop in self.loops)
@@ -265,7 +265,9 @@ class Writer:
             self.table.setdefault("closures", []).append(closure)
             axis /= np.linalg.norm(axis)
             places = [np.linalg.inv(at[link]) @ pose(np.eye(3), point) for link in (a, b)]
-            self.loops.append(Loop("revolute" if hinge else "spherical", a, b, *places, axis))
+            self.loops.append(
+                Loop("revolute" if hinge else "spherical", a, b, places[0], places[1], axis)
+            )
 
     def inside(self, number: int, a: str, b: str, on_a: Array, on_b: Array) -> None:
         """A loop in the URDF itself; what its kind leaves free is not at zero."""

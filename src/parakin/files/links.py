@@ -92,12 +92,15 @@ def merge_screws(
         (hinge, *_), (slide, *_) = parts
         whole = _screw(hinge, slide, screw, place)
         inner = hinge.child if hinge.child == slide.parent else slide.child
-        if whole is None or ends[inner] != 2:
+        if whole is None:
             raise InputError(
                 place,
                 f"{slide.name!r} following {hinge.name!r}",
                 "a slide along the axis of the hinge it is coupled to, as in a screw",
             )
+        if ends[inner] != 2:
+            found = f"{inner!r:.80}, inside the screw of {hinge.name!r}, joined to other links"
+            raise InputError(place, found, "other links joined to the screw's ends only")
         result[result.index(hinge)] = whole
         result.remove(slide)
     return result

@@ -15,7 +15,7 @@ import numpy as np
 
 from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, ZERO, Matrix, Pose
 from parakin.errors import InputError, nearest
-from parakin.files.links import Link
+from parakin.files.links import Link, moved
 from parakin.files.parsing import number
 from parakin.model.joints import THETA
 from parakin.model.placement import AXES, about, unit, vector
@@ -24,16 +24,22 @@ _KEYS = (
     *("closures", "closed_loop", "type", "name_mot", "independent", "dependent", "home"),
     *("joint_name", "joint_type"),
 )
+_ROUNDED = 1e-6  # how far values in the file may be from what follows from them
 _CLOSURE_KEYS = ("name", "link_a", "link_b", "point", "axis")
 
 
 def loops_of_table(
-    table: Mapping[str, Any], names: Sequence[str], links: Sequence[Link], base: str, place: str
+    table: Mapping[str, Any],
+    names: Sequence[str],
+    links: Sequence[Link],
+    screws: Sequence[Link],
+    base: str,
+    place: str,
 ) -> tuple[list[Link], list[Link]]:
     """Loops in a separate file, and the tree's joints as that file changes them.
 
-    table: its contents. names: of the URDF's links. links: its joints. base: its root link. place:
-    the file, for messages. Raises InputError.
+    table: its contents. names: of the URDF's links. links: its joints. screws: those that mimic
+    others. base: its root link. place: the file, for messages. Raises InputError.
     """
     _check_keys(table, _KEYS, place)
     known = {"closures", "closed_loop"} & set(table)
@@ -46,7 +52,7 @@ def loops_of_table(
     elif "type" in table:
         raise InputError(f"{place}: type", "types without closed_loop", "closed_loop, or no types")
     if "closures" in known:
-        loops += _closures(table, names, links, base, place)
+        loops += _closures(table, names, _poses(links, screws, base), place)
     motors = _motors(table, place)
     values = table.get("home", {})
     if not isinstance(values, Mapping):
@@ -55,14 +61,15 @@ def loops_of_table(
     for name in [*motors, *values, *dependents(table, place)]:
         if name not in joints:
             raise InputError(place, f"unknown joint {name!r:.80}", nearest(str(name), joints))
+    _check_followers(values, screws, place)
     changed = _kinds_changed(table, place)
     made = []
     for link in links:
-        moved = _with_kind(link, changed.pop(link.name, None))
+        joint = _with_kind(link, changed.pop(link.name, None))
         if link.name in values:
-            at = _home(values[link.name], len(moved.values), f"{place}: home.{link.name}")
-            moved = replace(moved, values=at)
-        made.append(replace(moved, actuated=link.actuated or link.name in motors))
+            at = _home(values[link.name], len(joint.values), f"{place}: home.{link.name}")
+            joint = replace(joint, values=at)
+        made.append(replace(joint, actuated=link.actuated or link.name in motors))
     if changed:
         name = next(iter(changed))
         raise InputError(f"{place}: joint_name", f"unknown joint {name!r}", nearest(name, joints))
@@ -97,6 +104,21 @@ def _home(value: object, count: int, place: str) -> tuple[float, ...]:
     return tuple(_number(item, place) for item in value)
 
 
+def _check_followers(values: Mapping[str, Any], screws: Sequence[Link], place: str) -> None:
+    """Raises InputError on a home of a joint that mimics another which is not where it follows."""
+    for screw in screws:
+        if screw.name not in values:
+            continue
+        slides = screw.name == screw.child
+        leader = screw.parent if slides else screw.child
+        where = f"{place}: home.{screw.name}"
+        told = _number(values[screw.name], where)
+        q = _number(values.get(leader, 0.0), f"{place}: home.{leader}")
+        at = screw.advance + screw.pitch * q if slides else (q - screw.advance) / screw.pitch
+        if abs(told - at) > _ROUNDED * max(1.0, abs(at)):
+            raise InputError(where, f"{told:g}", f"{at:g}, where it follows {leader!r:.80}")
+
+
 def _pairs(table: Mapping[str, Any], links: Mapping[str, str], place: str) -> list[Link]:
     """Loops from pairs of links that coincide; a joint's name stands for its child link."""
     pairs = _list(table["closed_loop"], f"{place}: closed_loop")
@@ -129,9 +151,8 @@ def _shared(a: str, b: str) -> str:
 
 
 def _closures(
-    table: Mapping[str, Any], names: Sequence[str], links: Sequence[Link], base: str, place: str
+    table: Mapping[str, Any], names: Sequence[str], poses: Mapping[str, Pose[float]], place: str
 ) -> list[Link]:
-    poses = _poses(links, base)
     loops = []
     for k, closure in enumerate(_list(table["closures"], f"{place}: closures")):
         where = f"{place}: closures[{k}]"
@@ -155,16 +176,21 @@ def _closures(
     return loops
 
 
-def _poses(links: Sequence[Link], base: str) -> dict[str, Pose[float]]:
-    """Every link's pose in the root's frame, all joints at zero."""
+def _poses(links: Sequence[Link], screws: Sequence[Link], base: str) -> dict[str, Pose[float]]:
+    """Every link's pose in the root's frame, all joints at zero but those that mimic others."""
     poses = {base: IDENTITY_POSE}
+    offsets = {
+        screw.name: screw.advance if screw.name == screw.child else -screw.advance / screw.pitch
+        for screw in screws
+    }
     waiting = list(links)
     while waiting:
         ready = [link for link in waiting if link.parent in poses]
         if not ready:
             break
         for link in ready:
-            poses[link.child] = poses[link.parent] @ link.F @ link.M.inverse
+            F = link.F @ moved(link.kind == "prismatic", offsets.get(link.name, 0.0))
+            poses[link.child] = poses[link.parent] @ F @ link.M.inverse
         waiting = [link for link in waiting if link.child not in poses]
     return poses
 

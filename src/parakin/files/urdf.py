@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, ZERO, Matrix, Pose, matrix, turned
@@ -101,8 +102,9 @@ def mechanism_from_urdf(
     base = _base(names, links, origin)
     loops = [*_loops(root, names, origin), *screws]
     if table is not None:
-        more, links = loops_of_table(table, names, links, base, table_origin)
+        more, links = loops_of_table(table, names, links, screws, base, table_origin)
         loops += more
+    links = _followed(links, screws)
     closed = any(link.kind != "screw" for link in loops)
     notes = ("Read from URDF." if closed else _TREE) + not_used(
         root, lambda element: element.tag not in _UNREAD
@@ -211,6 +213,17 @@ def _mimic(element: _Element, name: str, kinds: Mapping[str, str], place: str) -
     found = f"a joint that mimics {leader!r:.80}"
     expected = "independent joints, screws, or loops instead: gears are not supported"
     raise InputError(place, found, expected)
+
+
+def _followed(links: Sequence[Link], screws: Sequence[Link]) -> list[Link]:
+    """Links with each hinge that mimics a slide where the slide's position has it."""
+    slides = {link.name: link.values for link in links}
+    values = {
+        screw.name: tuple((q - screw.advance) / screw.pitch for q in slides[screw.child])
+        for screw in screws
+        if screw.name == screw.parent
+    }
+    return [replace(link, values=values.get(link.name, link.values)) for link in links]
 
 
 def _held(link: Link, at: float) -> Link:
