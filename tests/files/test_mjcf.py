@@ -151,8 +151,8 @@ MJCF_REFUSED: dict[str, tuple[str, str, str]] = {
     ),
     "senseless": (
         "a.xml",
-        "<mujoco><worldbody><body childclass='a'/></worldbody></mujoco>",
-        "refuses",
+        "<mujoco>\n<worldbody><body quat='0 0 0 0'/></worldbody></mujoco>",
+        "line 2: found a model that MuJoCo refuses: ",
     ),
     "no number": (
         "a.xml",

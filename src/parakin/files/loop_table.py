@@ -69,6 +69,8 @@ def loops_of_table(
         if link.name in values:
             at = _home(values[link.name], len(joint.values), f"{place}: home.{link.name}")
             joint = replace(joint, values=at)
+        if link.name in motors and joint.kind == "fixed":
+            raise InputError(f"{place}: motors", f"{link.name!r:.80}", "a joint that moves")
         made.append(replace(joint, actuated=link.actuated or link.name in motors))
     if changed:
         name = next(iter(changed))
@@ -209,7 +211,10 @@ def _kinds_changed(table: Mapping[str, Any], place: str) -> dict[str, str]:
         )
         if kind not in ("SPHERICAL", "FIXED") and not universal:
             raise InputError(f"{place}: joint_type", kind, "SPHERICAL, FIXED or UJOINT_XY")
-    return {str(name): str(kind) for name, kind in zip(names, kinds, strict=True)}
+    changed = {str(name): str(kind) for name, kind in zip(names, kinds, strict=True)}
+    if len(changed) < len(names):
+        raise InputError(f"{place}: joint_name", "a joint twice", "each joint once")
+    return changed
 
 
 def _with_kind(link: Link, kind: str | None) -> Link:

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from lxml.etree import _Element
 
 _LOCKED = 1e-12  # the cosine of the second of three angles at gimbal lock
+_SLIDE = 2  # MuJoCo's kinds of joints: free, ball, slide, hinge
+_LISTED = 10  # lines in a note
 _LINE = re.compile(r",? ?\bline (\d+)")
 
 
@@ -51,10 +53,16 @@ def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
     except (ValueError, RuntimeError) as error:
         raise _refused(str(error), mujoco.__version__, origin) from None
     home = _home(root, model, origin)
-    read = _Model(mujoco, root, spec, model, home, _actuated(root, model, origin), origin)
+    actuated, idle = _actuated(root, model, origin)
+    read = _Model(mujoco, root, spec, model, home, actuated, origin)
     loops = read.loops()
     links = [link for body in range(1, model.nbody) for link in read.links(body)]
     notes = f"Read from MJCF.{not_used(root, used)}"
+    if idle:
+        notes += f" Actuators that drive no hinge or slide: on {', '.join(idle[:_LISTED])}"
+        notes += ", ..." if len(idle) > _LISTED else "."
+    if read.no_loops and model.neq:
+        notes += " Its equalities are disabled by <flag>."
     return mechanism_of(
         root.get("model") or "model", WORLD, read.bodies, links, loops, origin, notes
     )
@@ -83,20 +91,25 @@ def _home(root: _Element, model: Any, origin: str) -> list[float]:
     return home
 
 
-def _actuated(root: _Element, model: Any, origin: str) -> set[str]:
-    """Names of the joints that an actuator moves directly. Raises InputError on unknown ones."""
-    known = {model.joint(k).name for k in range(model.njnt)} - {""}
+def _actuated(root: _Element, model: Any, origin: str) -> tuple[set[str], list[str]]:
+    """Names of the hinges and slides that an actuator moves directly, and lines of the others.
+
+    Raises InputError on unknown joints.
+    """
+    known = {model.joint(k).name: k for k in range(model.njnt) if model.joint(k).name}
     moved: set[str] = set()
+    idle: list[str] = []
     for element in root.iterfind("actuator/*"):
-        for key in ("joint", "jointinparent"):
-            name = element.get(key)
-            if name is None:
-                continue
+        keys = [key for key in ("joint", "jointinparent") if element.get(key) is not None]
+        names = {key: str(element.get(key)) for key in keys}
+        for key, name in names.items():
             if name not in known:
                 place = f"{line_of(element, origin)}: {key}"
                 raise InputError(place, f"unknown joint {name!r:.80}", nearest(name, known))
-            moved.add(name)
-    return moved
+        single = {name for name in names.values() if model.jnt_type[known[name]] >= _SLIDE}
+        moved |= single
+        idle += [] if single else [f"line {line_number(element)}"]
+    return moved, idle
 
 
 class _Model:

@@ -45,6 +45,14 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("active", "autolimits"), ("true", "false")),
     **dict.fromkeys(("equality", "constraint", "limit"), ("enable", "disable")),
     "angle": ("radian", "degree"),
+    "joint type": ("free", "ball", "slide", "hinge"),
+    "site type": ("sphere", "capsule", "ellipsoid", "cylinder", "box"),
+}
+_NAMED = {  # what an attribute names
+    **dict.fromkeys(("body1", "body2"), "body"),
+    **dict.fromkeys(("joint1", "joint2"), "joint"),
+    **dict.fromkeys(("site1", "site2"), "site"),
+    **dict.fromkeys(("class", "childclass"), "default"),
 }
 _HUGE = 1e10  # out of bounds for MuJoCo too
 _WRITTEN_OUT = "bodies written out one by one"
@@ -93,6 +101,23 @@ def check_mjcf(root: _Element, schema: str, origin: str) -> None:
         coupled = loop and element.tag in ("tendon", "flex", "flexstrain")
         if coupled and element.get("active") != "false":
             raise InputError(place, f"an equality of <{element.tag}>", _LOOPS)
+    _check_names(root, origin)
+
+
+def _check_names(root: _Element, origin: str) -> None:
+    """Raises InputError on names that nothing in the model has."""
+    known = {what: {"main"} if what == "default" else set[str]() for what in _NAMED.values()}
+    known["body"].add("world")
+    for what, names in known.items():
+        key = "class" if what == "default" else "name"
+        names |= {str(e.get(key)) for e in root.iter(what) if e.get(key)}
+    for element in root.iter("body", "frame", "joint", "site", "connect", "weld"):
+        for key, what in _NAMED.items():
+            name = element.get(key)
+            if name is not None and name not in known[what]:
+                place = f"{line_of(element, origin)}: {key}"
+                found = f"unknown {'class' if what == 'default' else what} {name!r:.80}"
+                raise InputError(place, found, nearest(name, known[what]))
 
 
 def _check_body(element: _Element, aligned: bool, place: str) -> None:
@@ -141,8 +166,9 @@ def _write(element: _Element, origin: str, pieces: list[str], line: list[int]) -
         value = str(element.get(key))
         if key in _NUMBERS:
             _check_numbers(value, f"{place}: {key}")
-        if value not in _CHOICES.get(key, (value,)):
-            raise InputError(f"{place}: {key}", repr(value), nearest(value, _CHOICES[key]))
+        choices = _CHOICES.get(f"{tag} {key}", _CHOICES.get(key, (value,)))
+        if value not in choices:
+            raise InputError(f"{place}: {key}", f"{value!r:.80}", nearest(value, choices))
         made.append(f"{key}={quoteattr(value)}")
     down = max(line_number(element) - line[0], 0)
     line[0] += down

@@ -313,6 +313,8 @@ def _loops(root: _Element, names: Sequence[str], origin: str) -> list[Link]:
         if element.tag == "coupling":
             raise InputError(place, "a <coupling>", "loops: gears are not supported")
         kind = _kind(element, place)
+        if kind == "free":
+            raise InputError(place, "type 'floating'", "a joint that holds something")
         sides: list[_Element | None]
         if element.tag == "loop":
             sides = [element.find(role) for role in ("predecessor", "successor")]
