@@ -26,7 +26,9 @@ _FREE, _BALL = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_BALL)
 
 
 def adapted(name: str) -> str:
-    return re.sub(r"[^A-Za-z0-9_ '-]", "_", name)
+    """A name by parakin's rules, unless another has it already."""
+    fit = re.sub(r"[^A-Za-z0-9_ '-]", "_", name)[:56].strip()
+    return fit if fit[:1].isascii() and fit[:1].isalpha() else f"n{fit}"
 
 
 class Twin:
@@ -197,7 +199,8 @@ def _compare_home(twin: Twin, mechanism: parakin.Mechanism) -> None:
 def _compare_limits(twin: Twin) -> None:
     """Every range of a hinge or slide is the coordinate's, and every motor moves its own."""
     model, graph = twin.model, twin.graph
-    moved = {int(k) for k in model.actuator_trnid[:, 0]} - twin.held
+    single = model.actuator_trntype <= int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)
+    moved = {int(k) for k in model.actuator_trnid[single, 0]} - twin.held
     driven = set()
     for j in range(model.njnt):
         number = twin.single(j) if model.jnt_type[j] in (_HINGE, _SLIDE) else None

@@ -130,9 +130,9 @@ class Writer:
         self.elements: list[str] = ['<link name="l0"/>']
         self.table: dict[str, Any] = {}
         self.home: dict[str, Array] = {}
+        self.way = str(rng.choice(["tree", "inside", "pairs", "closures"]))
         for number in range(1, int(rng.integers(3, 9))):
             self.joint(number, f"l{rng.integers(max(0, number - 3), number)}", f"l{number}")
-        self.way = str(rng.choice(["tree", "inside", "pairs", "closures"]))
         if self.way == "pairs":
             self.home = {
                 j.name: rng.normal(size=1) * 0.5
@@ -190,6 +190,8 @@ class Writer:
                 Joint(two.name, two.kind, parent, f"n{number}", origin, two.axis),
                 Joint(one.name, one.kind, f"n{number}", child, np.eye(4), axis),
             ]
+        if self.way == "closures":
+            offset = 0.0  # they are told with every joint at zero
         follower, leader = (parts[0], parts[1]) if rng.random() < 0.5 else (parts[1], parts[0])
         follower.mimics = leader.name, ratio, offset
         self.elements.append(f'<link name="n{number}"/>')

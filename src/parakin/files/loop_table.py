@@ -15,7 +15,7 @@ import numpy as np
 
 from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, ZERO, Matrix, Pose
 from parakin.errors import InputError, nearest
-from parakin.files.links import Link, moved
+from parakin.files.links import Link
 from parakin.files.parsing import number
 from parakin.model.joints import THETA
 from parakin.model.placement import AXES, about, unit, vector
@@ -25,7 +25,7 @@ _KEYS = (
     *("joint_name", "joint_type"),
 )
 _ROUNDED = 1e-6  # how far values in the file may be from what follows from them
-_CLOSURE_KEYS = ("name", "link_a", "link_b", "point", "axis")
+_CLOSURE_KEYS = ("link_a", "link_b", "point", "axis")
 
 
 def loops_of_table(
@@ -52,7 +52,7 @@ def loops_of_table(
     elif "type" in table:
         raise InputError(f"{place}: type", "types without closed_loop", "closed_loop, or no types")
     if "closures" in known:
-        loops += _closures(table, names, _poses(links, screws, base), place)
+        loops += _closures(table, names, _poses(links, base), place)
     motors = _motors(table, place)
     values = table.get("home", {})
     if not isinstance(values, Mapping):
@@ -173,26 +173,20 @@ def _closures(
             axis = unit(vector(_triple(closure["axis"], f"{where}.axis")), f"{where}.axis")
             R, kind = about(axis), "revolute"
         F, M = (poses[name].inverse @ Pose(R, vector(point)) for name in ends)
-        name = str(closure.get("name") or f"loop{k + 1}")
-        loops.append(Link(name, kind, ends[0], ends[1], F, M, place=where))
+        loops.append(Link(f"loop{k + 1}", kind, ends[0], ends[1], F, M, place=where))
     return loops
 
 
-def _poses(links: Sequence[Link], screws: Sequence[Link], base: str) -> dict[str, Pose[float]]:
-    """Every link's pose in the root's frame, all joints at zero but those that mimic others."""
+def _poses(links: Sequence[Link], base: str) -> dict[str, Pose[float]]:
+    """Every link's pose in the root's frame, all joints at zero, those too that mimic others."""
     poses = {base: IDENTITY_POSE}
-    offsets = {
-        screw.name: screw.advance if screw.name == screw.child else -screw.advance / screw.pitch
-        for screw in screws
-    }
     waiting = list(links)
     while waiting:
         ready = [link for link in waiting if link.parent in poses]
         if not ready:
             break
         for link in ready:
-            F = link.F @ moved(link.kind == "prismatic", offsets.get(link.name, 0.0))
-            poses[link.child] = poses[link.parent] @ F @ link.M.inverse
+            poses[link.child] = poses[link.parent] @ link.F @ link.M.inverse
         waiting = [link for link in waiting if link.child not in poses]
     return poses
 

@@ -54,7 +54,7 @@ def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
         raise _refused(str(error), mujoco.__version__, origin) from None
     home = _home(root, model, origin)
     actuated, idle = _actuated(root, model, origin)
-    read = _Model(mujoco, root, spec, model, home, actuated, origin)
+    read = _Model(mujoco, spec, model, home, actuated, origin)
     loops = read.loops()
     links = [link for body in range(1, model.nbody) for link in read.links(body)]
     notes = f"Read from MJCF.{not_used(root, used)}"
@@ -118,7 +118,6 @@ class _Model:
     def __init__(
         self,
         mujoco: Any,
-        root: _Element,
         spec: Any,
         model: Any,
         home: list[float],
@@ -131,9 +130,8 @@ class _Model:
             what: {element.id: str(element.info) for element in elements}
             for what, elements in (("joint", spec.joints), ("equality", spec.equalities))
         }
-        told = {j.get("name"): f"line {line_number(j)}" for j in root.iter("freejoint")}
         for joint in spec.joints:  # MuJoCo knows no line of a <freejoint>
-            self.lines["joint"][joint.id] = str(joint.info) or told.get(joint.name, "")
+            self.lines["joint"][joint.id] = str(joint.info or joint.parent.info)
         bodies = [model.body(k).name for k in range(model.nbody)]
         joints = [model.joint(k).name for k in range(model.njnt)]
         self.bodies, self.joints = _all_named(bodies, "body"), _all_named(joints, "joint")

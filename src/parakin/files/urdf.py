@@ -24,7 +24,8 @@ from parakin.model.placement import about, unit, vector
 if TYPE_CHECKING:
     from lxml.etree import _Element
 
-# URDF's own, and the loops of URDF+ and Isaac Sim. What is marked `-` says nothing of kinematics.
+# URDF's own, the loops of URDF+ and Isaac Sim, and what robots' files often add. What is marked `-`
+# says nothing of kinematics.
 _LANGUAGE = """
 robot (!) name version
    link (*) name type
@@ -33,16 +34,24 @@ robot (!) name version
       collision (-)
       contact (-)
       sensor (-)
-   joint (*) name type independent
+      gravity (-)
+      kinematic (-)
+      collision_checking (-)
+      self_collision_checking (-)
+      self_filter (-)
+   joint (*) name type independent dont_collapse
       origin (?) xyz rpy quat_xyzw
       parent (?) link
       child (?) link
       axis (?) xyz
-      limit (?) lower upper effort velocity acceleration deceleration jerk
+      limit (?) lower upper effort velocity acceleration deceleration jerk command_effort
       mimic (?) joint multiplier offset
       calibration (-)
       dynamics (-)
       safety_controller (-)
+      controller_gains (-)
+      joint_properties (-)
+      traits (-)
    loop (*) name type
       predecessor (?) link
          origin (?) xyz rpy quat_xyzw
@@ -54,6 +63,8 @@ robot (!) name version
       link2 (*) link xyz rpy quat_xyzw
       axis (?) xyz
    coupling (-)
+   fixed_frame (-)
+   frame (-)
    gazebo (-)
    material (-)
    mujoco (-)
