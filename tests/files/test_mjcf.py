@@ -293,3 +293,13 @@ def test_a_range_of_a_ball_is_refused(tmp_path: Path) -> None:
     ball = '<body><joint name="b" type="ball" range="0 1"/></body>'
     said = refused(tmp_path, f"<mujoco><worldbody>\n{ball}</worldbody></mujoco>")
     assert said.startswith(", line 2: joint 'b': range: found a range of a ball joint")
+
+
+def test_lines_are_those_of_the_joints_where_a_body_comes_before_its_parents_own(
+    tmp_path: Path,
+) -> None:
+    """MuJoCo counts the outer body's joint first, though it stands below the inner one's."""
+    inner = '<frame><body name="b">\n<joint name="j"/></body></frame>'
+    outer = '<joint name="k" type="ball" range="0 1"/>'
+    text = f'<mujoco><worldbody><body name="a">{inner}\n{outer}</body></worldbody></mujoco>'
+    assert refused(tmp_path, text).startswith(", line 3: joint 'k': range: found")

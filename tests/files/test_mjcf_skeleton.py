@@ -42,7 +42,7 @@ def test_what_kinematics_needs_is_kept_and_stays_on_its_line() -> None:
     assert active.attrib == {"active": "false"}
     joint = made.find("worldbody/body/joint")
     assert joint is not None
-    assert joint.attrib == {"name": "j", "ref": "0.5"}
+    assert joint.attrib == {"name": "j", "ref": "0.5", "armature": "1"}
     flag = made.find("option/flag")
     assert flag is not None
     assert flag.attrib == {"equality": "disable"}

@@ -48,13 +48,12 @@ def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about inertias, which do not matter here
-            spec = mujoco.MjSpec.from_string(skeleton(root, origin))
-            model = spec.compile()
+            model = mujoco.MjSpec.from_string(skeleton(root, origin)).compile()
     except (ValueError, RuntimeError) as error:
         raise _refused(str(error), mujoco.__version__, origin) from None
     home = _home(root, model, origin)
     actuated, idle = _actuated(root, model, origin)
-    read = _Model(mujoco, spec, model, home, actuated, origin)
+    read = _Model(mujoco, root, model, home, actuated, origin)
     loops = read.loops()
     links = [link for body in range(1, model.nbody) for link in read.links(body)]
     notes = f"Read from MJCF.{not_used(root, used)}"
@@ -118,7 +117,7 @@ class _Model:
     def __init__(
         self,
         mujoco: Any,
-        spec: Any,
+        root: _Element,
         model: Any,
         home: list[float],
         actuated: set[str],
@@ -126,12 +125,7 @@ class _Model:
     ) -> None:
         self.mujoco, self.model, self.home = mujoco, model, home
         self.actuated, self.origin = actuated, origin
-        self.lines = {
-            what: {element.id: str(element.info) for element in elements}
-            for what, elements in (("joint", spec.joints), ("equality", spec.equalities))
-        }
-        for joint in spec.joints:  # MuJoCo knows no line of a <freejoint>
-            self.lines["joint"][joint.id] = str(joint.info or joint.parent.info)
+        self.lines = {"joint": _joint_lines(root), "equality": _equality_lines(root)}
         bodies = [model.body(k).name for k in range(model.nbody)]
         joints = [model.joint(k).name for k in range(model.njnt)]
         self.bodies, self.joints = _all_named(bodies, "body"), _all_named(joints, "joint")
@@ -145,10 +139,8 @@ class _Model:
 
     def place(self, what: str, k: int) -> str:
         """Where joint or equality number `k` stands in the file."""
-        line = self.lines[what].get(k, "")
         name = self.joints[k] if what == "joint" else self.loop_names[k]
-        place = f"{self.origin}, {line}" if line else self.origin
-        return f"{place}: {what} {name!r:.80}"
+        return f"{self.origin}, line {self.lines[what][k]}: {what} {name!r:.80}"
 
     def links(self, body: int) -> list[Link]:
         """A body's joints in order, with nameless bodies between them. Raises InputError."""
@@ -277,6 +269,24 @@ class _Model:
         self.mujoco.mju_normalize4(unit)  # as MuJoCo does before it uses a pose
         self.mujoco.mju_quat2Mat(R, unit)
         return matrix(R.reshape(3, 3).tolist())
+
+
+def _joint_lines(root: _Element) -> list[int]:
+    """The lines of joints in MuJoCo's order: body by body, each in the file's order."""
+    lines: dict[_Element | None, list[int]] = {body: [] for body in root.iter("body")}
+    for joint in root.iter("joint", "freejoint"):
+        body = next(joint.iterancestors("body"), None)
+        if body is not None:
+            lines[body].append(line_number(joint))
+    return [line for own in lines.values() for line in own]
+
+
+def _equality_lines(root: _Element) -> list[int]:
+    return [
+        line_number(element)
+        for section in root.iterfind("equality")
+        for element in section.iterchildren("connect", "weld", "joint")
+    ]
 
 
 def _all_named(names: list[str], what: str) -> list[str]:

@@ -161,6 +161,8 @@ def _write(element: _Element, origin: str, pieces: list[str], line: list[int]) -
     place = line_of(element, origin)
     coupling = tag == "joint" and within is not None and within.tag == "equality"
     made = [tag]
+    if tag == "joint" and within is not None and within.tag in ("body", "frame"):
+        made.append('armature="1"')  # MuJoCo tries a step, which needs inertia in all directions
     keys = _KEPT_COUPLING if coupling else _KEPT[tag]
     for key in sorted(keys & {str(k) for k in element.attrib}):
         value = str(element.get(key))
