@@ -109,7 +109,7 @@ class Writer:
         active = '<equality active="false"/>'
         return (
             f"<compiler{compiler}/>\n<default>\n<joint axis='{numbers(rng.normal(size=3))}'"
-            f'{limits} damping="0.1"/>{site}<geom rgba="1 0 0 1"/>\n'
+            f'{limits} damping="0.1" armature="0.1"/>{site}<geom rgba="1 0 0 1"/>\n'
             f'<default class="near"><joint ref="{rng.normal():.3f}"/>{active}\n'
             f'<default class="far">{far}<equality active="true"/></default></default></default>\n'
         )
