@@ -32,11 +32,14 @@ def test_names_of_other_programs_are_made_fit_and_kept_apart() -> None:
     assert mechanism.guess == {"left_knee": 0.5, "left_knee_2": 0.0, "n1": 0.0}
 
 
-def test_the_world_is_called_after_what_stands_on_it() -> None:
-    frame = Link("w", "fixed", WORLD, "frame", Pose(IDENTITY, Vector((0.0, 0.0, 1.0))))
-    mechanism = made([frame, Link("A", "revolute", "frame", "arm", values=(0.0,))], base=WORLD)
-    assert mechanism.base == "frame"
-    (base,) = (body for body in mechanism.bodies if body.name == "frame")
+def test_the_world_is_called_after_what_has_its_frame() -> None:
+    """What stands elsewhere is a point on it: the frame with its name would be another."""
+    arm = Link("A", "revolute", "frame", "arm", values=(0.0,))
+    assert made([Link("w", "fixed", WORLD, "frame"), arm], base=WORLD).base == "frame"
+    above = Link("w", "fixed", WORLD, "frame", Pose(IDENTITY, Vector((0.0, 0.0, 1.0))))
+    mechanism = made([above, arm], base=WORLD)
+    assert mechanism.base == WORLD
+    (base,) = (body for body in mechanism.bodies if body.name == WORLD)
     assert base.points == {"frame": (0.0, 0.0, 1.0)}
 
 

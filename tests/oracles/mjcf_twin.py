@@ -108,9 +108,8 @@ class Twin:
             p, R = self.data.xpos[body], self.data.xmat[body].reshape(3, 3)
             if name in self.graph.bodies:
                 pose = at.pose(self.graph.bodies.index(name))
-                if self.graph.bodies.index(name):
-                    np.testing.assert_allclose(pose.p, p, atol=SAME, err_msg=name)
-                    np.testing.assert_allclose(pose.R, R, atol=SAME, err_msg=name)
+                np.testing.assert_allclose(pose.p, p, atol=SAME, err_msg=name)
+                np.testing.assert_allclose(pose.R, R, atol=SAME, err_msg=name)
                 seen += 1
             else:
                 seen += self._point(at, name, p)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from parakin.algebra.spatial import IDENTITY, Pose, Vector
+from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, Pose, Vector
 from parakin.errors import InputError
 from parakin.files.links import (
     Link,
@@ -124,10 +124,12 @@ def _body_names(
 def _called(
     body: str, base: str, bodies: Sequence[str], owner: Mapping[str, tuple[str, Pose[float]]]
 ) -> str:
-    """A body's name in the file; for the world, that of the first body fixed to it, if any."""
+    """A body's name in the file; for the world, that of the first body whose frame is the world's,
+    if any: one that stands elsewhere would lend its name to another frame.
+    """
     if body == base == WORLD:
-        fixed = (b for b in bodies if b != base and b in owner and owner[b][0] == base)
-        return next(fixed, base)  # bodies inside a screw have no owner
+        known = (b for b in bodies if b != base and b in owner)  # not so bodies inside a screw
+        return next((b for b in known if owner[b] == (base, IDENTITY_POSE)), base)
     return body
 
 

@@ -17,7 +17,7 @@ from parakin.files.from_links import mechanism_of
 from parakin.files.links import Link, Range, moved
 from parakin.files.loop_table import dependents, loops_of_table
 from parakin.files.parsing import numbers
-from parakin.files.vocabulary import check_words, language, line_of, not_used
+from parakin.files.vocabulary import check_words, language, line_of, not_used, written
 from parakin.model.mechanism import MAX_JOINTS, Mechanism
 from parakin.model.placement import about, unit, vector
 
@@ -44,7 +44,8 @@ robot (!) name version
       parent (?) link
       child (?) link
       axis (?) xyz
-      limit (?) lower upper effort velocity acceleration deceleration jerk command_effort
+      limit (?) lower upper effort velocity acceleration deceleration jerk
+                command_effort current gear_velocity {http://drake.mit.edu}acceleration
       mimic (?) joint multiplier offset
       calibration (-)
       dynamics (-)
@@ -63,6 +64,8 @@ robot (!) name version
       link2 (*) link xyz rpy quat_xyzw
       axis (?) xyz
    coupling (-)
+   collision_filter_group (-)
+   drake:collision_filter_group (-)
    fixed_frame (-)
    frame (-)
    gazebo (-)
@@ -118,7 +121,7 @@ def mechanism_from_urdf(
     links = _followed(links, screws)
     closed = any(link.kind != "screw" for link in loops)
     notes = ("Read from URDF." if closed else _TREE) + not_used(
-        root, lambda element: element.tag not in _UNREAD
+        root, lambda element: written(element) not in _UNREAD
     )
     title = root.get("name") or "robot"
     return mechanism_of(title, base, names, links, loops, origin, notes)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lxml.etree import _Element
 
 _MAX_ATTRIBUTES = 200  # of one element: lxml takes quadratic time to list them
-_LINE = re.compile(r"( *)([\w()]+) \((.)\)(.*)")
+_LINE = re.compile(r"( *)([\w():]+) \((.)\)(.*)")
 
 
 @dataclass
