@@ -63,26 +63,14 @@ def mechanism_of(
         bodies=tuple(Body(name=label, points=points[body]) for body, label in names.items()),
         joints=tuple(_joint(link, title, names) for link, title in titled),
         platform=None if pose is None else _platform(pose, names),
-        driven=tuple(
-            coordinate
-            for link, title in titled
-            if link.actuated
-            for number, coordinate in enumerate(_coordinates(link, title), start=1)
-            if isinstance(link.actuated, bool) or number in link.actuated
-        ),
+        driven=_driven(titled),
         guess={
             coordinate: value
             for link, title in titled
             for coordinate, value in zip(_coordinates(link, title), link.values, strict=True)
         }
         | _pose_values(pose),
-        limits={
-            coordinate: limits
-            for link, title in titled
-            for coordinate, limits in zip(_coordinates(link, title), link.limits, strict=False)
-            if limits is not None
-        }
-        | _pose_limits(pose),
+        limits=_limits(titled) | _pose_limits(pose),
         origin=origin,
     )
 
@@ -165,6 +153,27 @@ def _coordinates(link: Link, title: str) -> list[str]:
     """Names of a joint's coordinates."""
     count = len(link.values)
     return [title] if count == 1 else [f"{title}.{k + 1}" for k in range(count)]
+
+
+def _driven(titled: Sequence[tuple[Link, str]]) -> tuple[str, ...]:
+    """The coordinates that motors move."""
+    return tuple(
+        coordinate
+        for link, title in titled
+        if link.actuated
+        for number, coordinate in enumerate(_coordinates(link, title), start=1)
+        if isinstance(link.actuated, bool) or number in link.actuated
+    )
+
+
+def _limits(titled: Sequence[tuple[Link, str]]) -> dict[str, Range]:
+    """Limits by coordinate."""
+    return {
+        coordinate: limits
+        for link, title in titled
+        for coordinate, limits in zip(_coordinates(link, title), link.limits, strict=False)
+        if limits is not None
+    }
 
 
 def _pose_coordinates(pose: Link) -> list[str]:
