@@ -112,6 +112,30 @@ def test_chains_become_the_joint_they_make_or_stay(links: list[Link], kind: str 
         assert whole.values == tuple(value for link in links for value in link.values)
 
 
+def test_a_chain_keeps_the_limits_and_motors_of_its_coordinates() -> None:
+    first, second = chain(("revolute", "z", 0.0), ("prismatic", "z", 0.0))
+    (whole,) = merge_chains([first, replace(second, limits=((0.0, 1.0),), actuated=True)], {"base"})
+    assert whole.limits == (None, (0.0, 1.0))
+    assert whole.actuated == (2,)
+    (whole,) = merge_chains([replace(first, actuated=True), replace(second, actuated=True)], set())
+    assert whole.actuated is True
+    assert whole.limits == ()
+
+
+def test_a_chain_is_made_whole_or_not_at_all() -> None:
+    """Its last two hinges alone would be a universal joint, whose coordinates have other names."""
+    links = chain(
+        ("prismatic", "z", 0.0),
+        ("revolute", "x", 0.5),
+        ("revolute", "z", 0.3),
+        ("revolute", "x", -QUARTER),
+    )
+    assert merge_chains(links, {"base"}) == links
+    ring = chain(("revolute", "z", 0.3), ("revolute", "x", -QUARTER))
+    ring[1] = replace(ring[1], child="base")
+    assert merge_chains(ring, {"base"}) == ring  # a joint of a body with itself
+
+
 def test_a_chain_stays_where_something_else_hangs_from_its_inside() -> None:
     links = chain(("revolute", "z", 0.0), ("prismatic", "z", 0.0))
     more = [*links, Link("other", "revolute", "b1", "c")]
@@ -126,19 +150,41 @@ def test_a_coupled_hinge_and_slide_are_a_screw() -> None:
     hinge = Link("h", "revolute", "base", "nut", at(x=1.0), values=(0.2,))
     slide = Link("s", "prismatic", "nut", "rod", values=(0.1,))
     coupling = Link("c", "screw", "h", "s", pitch=0.5)
-    (screw,) = merge_screws([hinge, slide], [coupling], "file")
+    (screw,) = merge_screws([hinge, slide], [coupling], [], "file")
     assert (screw.name, screw.parent, screw.child) == ("h", "base", "rod")
     assert screw.pitch == pytest.approx(
         2 * math.pi * 0.5
     )  # per turn, where the coupling's is per rad
     assert screw.F == hinge.F
-    for wrong in (replace(slide, F=at(x=0.1)), replace(slide, F=at(turn="x", by=0.1))):
-        with pytest.raises(
-            InputError, match="a slide along the axis of the hinge it is coupled to"
-        ):
-            merge_screws([hinge, wrong], [coupling], "file")
+    wrong = replace(slide, F=at(turn="x", by=0.1))
+    with pytest.raises(InputError, match="a slide along the axis of the hinge it is coupled to"):
+        merge_screws([hinge, wrong], [coupling], [], "file")
+    loop = Link("l", "spherical", "nut", "base")
+    with pytest.raises(InputError, match="file: c: found 'nut', inside the screw of 'h', joined"):
+        merge_screws([hinge, slide], [coupling], [loop], "file")
     with pytest.raises(InputError, match="expected one coupling for each joint"):
-        merge_screws([hinge, slide], [coupling, coupling], "file")
+        merge_screws([hinge, slide], [coupling, coupling], [], "file")
+
+
+def test_a_screws_slide_may_lead_point_back_and_stand_anywhere() -> None:
+    """A turn of 0.4 rad, and a slide of 0.1 - 0.5 * 0.4 against the hinge's axis, 1 m off."""
+    back = at(x=1.0, turn="x", by=math.pi)
+    slide = Link("s", "prismatic", "base", "nut", back, limits=((-1.0, 0.6),))
+    hinge = Link(
+        "h", "revolute", "nut", "rod", at(z=2.0, turn="x", by=math.pi), limits=((-9.0, 1.0),)
+    )
+    coupling = Link("c", "screw", "h", "s", pitch=-0.5, advance=0.1)
+    (screw,) = merge_screws([slide, hinge], [coupling], [], "file")
+    assert (screw.parent, screw.child) == ("base", "rod")
+    assert screw.limits[0] == pytest.approx((-1.0, 1.0))  # where the slide may be, and the hinge
+    moved = matrix(at(z=screw.pitch / (2 * math.pi) * 0.4, by=0.4))
+    found = matrix(screw.F) @ moved @ np.linalg.inv(matrix(screw.M))
+    slid = matrix(back) @ matrix(at(z=0.1 - 0.5 * 0.4))
+    expected = slid @ matrix(hinge.F) @ matrix(at(by=0.4))
+    assert_allclose(found, expected, atol=1e-12)
+    narrow = replace(hinge, limits=((2.5, 3.0),))
+    with pytest.raises(InputError, match="file: c: found limits of 'h' and 's' that exclude"):
+        merge_screws([slide, narrow], [coupling], [], "file")
 
 
 # ---- the platform

@@ -150,8 +150,8 @@ MJCF_REFUSED: dict[str, tuple[str, str, str]] = {
     ),
     "senseless": (
         "a.xml",
-        "<mujoco><worldbody><body childclass='a'/></worldbody></mujoco>",
-        "refuses",
+        "<mujoco>\n<worldbody><body quat='0 0 0 0'/></worldbody></mujoco>",
+        "line 2: found a model that MuJoCo refuses: ",
     ),
     "no number": (
         "a.xml",
@@ -170,3 +170,135 @@ def test_mjcf_files_that_mean_nothing_are_refused(case: str, tmp_path: Path) -> 
         parakin.load(tmp_path / name)
     assert said in str(refusal.value)
     assert str(tmp_path / name) in str(refusal.value)
+
+
+HINGE = '<body name="a"><joint name="h" axis="0 0 1" {}/>'
+
+
+def loaded(tmp_path: Path, text: str) -> parakin.Mechanism:
+    (tmp_path / "m.xml").write_text(text)
+    return parakin.load(tmp_path / "m.xml")
+
+
+def refused(tmp_path: Path, text: str) -> str:
+    with pytest.raises(InputError) as refusal:
+        loaded(tmp_path, text)
+    assert refusal.value.place.startswith(str(tmp_path / "m.xml"))
+    return str(refusal.value).removeprefix(str(tmp_path / "m.xml"))
+
+
+def test_a_screw_keeps_its_offsets_and_the_limits_of_its_slide(tmp_path: Path) -> None:
+    """q1 - ref1 = c0 + c1 (q2 - ref2): the body stands 0.3 + 0.1 + 0.05 (h - 0.2) up, less 0.3 in
+    the pose in which the model is written.
+    """
+    text = f"""<mujoco><compiler angle="radian"/><worldbody>{HINGE.format('ref="0.2"')}
+        <joint name="s" type="slide" axis="0 0 -1" ref="0.3" range="0.35 0.45"/></body></worldbody>
+        <equality><joint joint1="s" joint2="h" polycoef="0.1 0.05"/></equality></mujoco>"""
+    mechanism = loaded(tmp_path, text)
+    (screw,) = mechanism.joints
+    assert (screw.name, screw.kind) == ("h", "helical")
+    assert screw.pitch == pytest.approx(-0.05 * 2 * math.pi)  # the slide points down
+    assert mechanism.limits["h"] == pytest.approx((0.2 - 0.05 / 0.05, 0.2 + 0.05 / 0.05))
+    graph = graph_of(mechanism)
+    from parakin.kinematics.configuration import configure
+
+    at = configure(graph, graph.tree(), np.array([0.7]))
+    assert at.pose(1).p[2] == pytest.approx(-(0.1 + 0.05 * (0.7 - 0.2)))
+
+
+def test_a_joint_that_an_equality_holds_is_fixed_where_it_is_held(tmp_path: Path) -> None:
+    text = f"""<mujoco><compiler angle="radian"/><worldbody>{HINGE.format('ref="0.2"')}
+        <body name="b" pos="1 0 0"><joint name="k"/></body></body></worldbody>
+        <equality><joint joint1="h" polycoef="0.5"/></equality></mujoco>"""
+    mechanism = loaded(tmp_path, text)
+    (joint,) = mechanism.joints
+    assert joint.name == "k"
+    assert joint.on_parent.at == pytest.approx((math.cos(0.5), math.sin(0.5), 0.0))
+    twice = text.replace("</equality>", '<joint joint1="h"/></equality>')
+    assert "line 3: equality 'loop1': found a joint held twice" in refused(tmp_path, twice)
+
+
+def test_defaults_say_where_sites_are_and_which_loops_are_closed(tmp_path: Path) -> None:
+    text = """<mujoco><default><site pos="0.1 0 0"/>
+        <default class="off"><equality active="false"/></default></default><worldbody>
+        <body name="a"><joint name="j"/><site name="s"/></body>
+        <body name="b"><joint name="k"/><site name="t" pos="0.1 0 0"/></body></worldbody>
+        <equality><connect site1="s" site2="t"/>
+        <connect class="off" site1="s" site2="t"/></equality>
+        </mujoco>"""
+    (loop,) = (joint for joint in loaded(tmp_path, text).joints if joint.kind == "spherical")
+    assert loop.on_parent.at == (0.1, 0.0, 0.0)
+    disabled = text.replace("</mujoco>", '<option><flag equality="disable"/></option></mujoco>')
+    mechanism = loaded(tmp_path, disabled)
+    assert [joint.name for joint in mechanism.joints] == ["j", "k"]
+    assert "equalities are disabled" in mechanism.notes
+
+
+def test_bodies_without_a_name_do_not_become_others(tmp_path: Path) -> None:
+    """The second body has no name; another is called what it would be."""
+    text = f"""<mujoco><worldbody>{HINGE.format("")}</body><body><joint/></body>
+        <body name="body2"><joint name="joint1"/></body></worldbody></mujoco>"""
+    mechanism = loaded(tmp_path, text)
+    assert len({joint.child for joint in mechanism.joints}) == 3
+    assert len({joint.name for joint in mechanism.joints}) == 3
+
+
+def test_chains_keep_limits_and_motors_of_each_coordinate(tmp_path: Path) -> None:
+    text = """<mujoco><compiler angle="radian"/><worldbody><body name="a">
+        <joint name="U.1" axis="0 0 1" range="-1 2"/><joint name="U.2" axis="1 0 0"/></body>
+        </worldbody>
+        <actuator><motor joint="U.2"/><motor jointinparent="U.1"/></actuator></mujoco>"""
+    mechanism = loaded(tmp_path, text)
+    assert [joint.kind for joint in mechanism.joints] == ["universal"]
+    assert mechanism.limits == {"U.1": (-1.0, 2.0)}
+    assert mechanism.driven == ("U.1", "U.2")
+    one = loaded(tmp_path, text.replace('<motor joint="U.2"/>', ""))
+    assert one.driven == ("U.1",)
+
+
+def test_what_is_not_used_is_told_once(tmp_path: Path) -> None:
+    text = f"""<mujoco><asset><material name="m"/></asset><worldbody><light/>{HINGE.format("")}
+        <geom size="1"/><geom size="2"/><site name="s"/></body></worldbody>
+        <actuator><motor site="s"/></actuator></mujoco>"""
+    said = loaded(tmp_path, text).notes
+    assert "Not used: <asset>, <geom>, <light>." in said
+    assert "Actuators that drive no hinge or slide: on line 3." in said
+
+
+@pytest.mark.parametrize(
+    ("after", "said"),
+    [
+        (
+            '<keyframe><key name="home" qpos="1 2"/></keyframe>',
+            ", line 1: qpos: found '1 2'; expected 1",
+        ),
+        ('<keyframe><key name="home"/><key name="home"/></keyframe>', "found a second key 'home'"),
+        (
+            '<actuator><motor joint="hh"/></actuator>',
+            "joint: found unknown joint 'hh'; expected one of",
+        ),
+        ('<equality><joint joint1="h" polycoef="0 0 1"/></equality>', ""),
+    ],
+)
+def test_the_place_is_told(after: str, said: str, tmp_path: Path) -> None:
+    text = f"<mujoco><worldbody>{HINGE.format('')}</body></worldbody>{after}</mujoco>"
+    if said:
+        assert said in refused(tmp_path, text)
+    else:  # without a second joint, powers of it mean nothing
+        assert "no joints that move" in refused(tmp_path, text)
+
+
+def test_a_range_of_a_ball_is_refused(tmp_path: Path) -> None:
+    ball = '<body><joint name="b" type="ball" range="0 1"/></body>'
+    said = refused(tmp_path, f"<mujoco><worldbody>\n{ball}</worldbody></mujoco>")
+    assert said.startswith(", line 2: joint 'b': range: found a range of a ball joint")
+
+
+def test_lines_are_those_of_the_joints_where_a_body_comes_before_its_parents_own(
+    tmp_path: Path,
+) -> None:
+    """MuJoCo counts the outer body's joint first, though it stands below the inner one's."""
+    inner = '<frame><body name="b">\n<joint name="j"/></body></frame>'
+    outer = '<joint name="k" type="ball" range="0 1"/>'
+    text = f'<mujoco><worldbody><body name="a">{inner}\n{outer}</body></worldbody></mujoco>'
+    assert refused(tmp_path, text).startswith(", line 3: joint 'k': range: found")

@@ -11,6 +11,7 @@ from linkage import LINKAGE, Refusal
 
 import parakin
 from parakin import InputError
+from parakin.files.parsing import numbers, parse_xml
 
 
 @pytest.fixture(autouse=True)
@@ -75,3 +76,23 @@ def test_a_path_that_cannot_be_read(path: str, said: str, refusal: Refusal) -> N
     Path("folder.toml").mkdir()
     Path("loop.toml").symlink_to("loop.toml")
     assert said in refusal("check", path)
+
+
+@pytest.mark.parametrize("text", ["1", "-1", "+1", "1.", ".5", "1.5e3", "1E-3", "007"])
+def test_numbers_as_c_writes_them_are_read(text: str) -> None:
+    assert numbers(f" {text}\n{text} ", 2, (), "f") == [float(text)] * 2
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "1_0", "١", "１", "0x10", "inf", "nan", "1e999", "1,5", "1d3", "1\u00a02", "e1", "."],
+)
+def test_what_only_python_takes_for_a_number_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="expected 1 finite number"):
+        numbers(text, 1, (), "f")
+
+
+def test_a_syntax_error_of_xml_has_a_line() -> None:
+    pytest.importorskip("lxml")
+    with pytest.raises(InputError, match="f, line 2: found a syntax error"):
+        parse_xml("<a>\n<b></a>", "f")

@@ -7,10 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import parakin
 from parakin.cli.main import main
 from parakin.errors import InputError
+from parakin.kinematics.configuration import configure
+from parakin.model.evaluation import graph_of
 
 pytest.importorskip("lxml")
 
@@ -153,28 +156,109 @@ def test_urdf_files_that_mean_nothing_are_refused(case: str, tmp_path: Path) -> 
     assert str(tmp_path / name) in str(refusal.value)
 
 
-LOOPS_REFUSED = {
-    "[1, 2]": "a table of loops",
-    "{}": "found no loops",
-    "closed_loop: [[tip, and]]": "unknown link 'and'",
-    "closed_loop: [[tip]]": "two links that coincide",
-    "closed_loop: [[tip, end]]\ntype: [4d]": "3d (a point) or 6d (a frame)",
-    "closed_loop: [[tip, end]]\ntype: []": "a type for each",
-    "closed_loop: [[tip, end]]\nname_mot: [E]": "unknown joint 'E'",
-    "closures: [{link_a: tip, link_b: end, point: [1, 2]}]": "three numbers",
-    "closures: [{link_a: tip, link_b: end, point: [1, 2, x]}]": "a number",
-    "closures: [{link_a: tip, link_b: end, point: [1, 2, 3], axis: [0, 0, 0]}]": "not zero",
-    "closures: &a [*a]": "values written out",
-    "closed_loop: [": "line 2: found a syntax error",
-    "closed_loop: !!python/object:os.system [a]": "a syntax error",
+def urdf(*elements: str) -> str:
+    """Links a, b, c with a hinge `h` from a to b, and more elements, each on its own line."""
+    links = "".join(f'<link name="{name}"/>' for name in "abc")
+    hinge = '<joint name="h" type="revolute"><parent link="a"/><child link="b"/></joint>'
+    return "\n".join([f"<robot>{links}{hinge}", *elements, "</robot>"])
+
+
+def slide(inside: str, kind: str = "prismatic") -> str:
+    """A joint `s` from b to c."""
+    ends = '<parent link="b"/><child link="c"/>'
+    return f'<joint name="s" type="{kind}">{ends}{inside}</joint>'
+
+
+def loaded(tmp_path: Path, text: str) -> parakin.Mechanism:
+    (tmp_path / "a.urdf").write_text(text)
+    return parakin.load(tmp_path / "a.urdf")
+
+
+def where(mechanism: parakin.Mechanism, *q: float) -> tuple[np.ndarray, np.ndarray]:
+    """Place and orientation of the last body at these coordinates."""
+    graph = graph_of(mechanism)
+    pose = configure(graph, graph.tree(), np.array(q)).pose(len(graph.bodies) - 1)
+    return np.array(pose.p), np.array(pose.R)
+
+
+def test_a_joint_that_mimics_another_keeps_its_offset_and_limits(tmp_path: Path) -> None:
+    mimic = '<mimic joint="h" multiplier="0.5" offset="0.1"/><limit lower="-0.1" upper="0.3"/>'
+    mechanism = loaded(tmp_path, urdf(slide(mimic)))
+    (screw,) = mechanism.joints
+    assert screw.kind == "helical"
+    assert mechanism.limits["h"] == pytest.approx((-0.4, 0.4))
+    p, _ = where(mechanism, 0.6)
+    np.testing.assert_allclose(p, [0.1 + 0.5 * 0.6, 0.0, 0.0], atol=1e-15)
+    down = urdf(slide(f'<axis xyz="-1 0 0"/>{mimic}'))
+    p, _ = where(loaded(tmp_path, down), 0.6)
+    np.testing.assert_allclose(p, [-0.4, 0.0, 0.0], atol=1e-15)
+
+
+def test_a_hinge_that_mimics_a_slide_and_one_that_stands_still(tmp_path: Path) -> None:
+    leads = urdf(slide("")).replace(
+        "</joint>", '<mimic joint="s" multiplier="2" offset="1"/></joint>', 1
+    )
+    mechanism = loaded(tmp_path, leads)
+    assert mechanism.guess == {"h": 1.0}  # the slide at zero
+    p, R = where(mechanism, 1.5)
+    np.testing.assert_allclose(p, [0.25, 0.0, 0.0], atol=1e-15)
+    np.testing.assert_allclose(R, Rotation.from_euler("x", 1.5).as_matrix(), atol=1e-15)
+    still = loaded(tmp_path, urdf(slide('<mimic joint="h" multiplier="0" offset="0.3"/>')))
+    assert [joint.kind for joint in still.joints] == ["revolute"]
+    (body,) = (body for body in still.bodies if body.name == "b")
+    assert body.points["c"] == pytest.approx((0.3, 0.0, 0.0))
+
+
+def test_an_origin_by_a_quaternion(tmp_path: Path) -> None:
+    turn = Rotation.from_rotvec([0.1, -0.4, 0.7])
+    text = " ".join(map(str, turn.as_quat()))
+    fixed = urdf(slide(f'<origin xyz="1 2 3" quat_xyzw="{text}"/>', "revolute"))
+    p, R = where(loaded(tmp_path, fixed), 0.0, 0.0)
+    np.testing.assert_allclose(p, [1.0, 2.0, 3.0], atol=1e-15)
+    np.testing.assert_allclose(R, turn.as_matrix(), atol=1e-15)
+
+
+def test_what_is_not_used_is_told_once(tmp_path: Path) -> None:
+    unused = "<gazebo><any/></gazebo><gazebo/><transmission/><material/>"
+    assert loaded(tmp_path, urdf(slide("<dynamics/>"), unused)).notes.endswith(
+        "Not used: <dynamics>, <gazebo>, <material>, <transmission>."
+    )
+
+
+PLACES = {
+    '<mimic joint="h" multipler="2"/>': "line 2: found an attribute 'multipler' of <mimic>",
+    '<mimic joint="hh"/>': "joint 's': mimic: found unknown joint 'hh'; expected one of: h, s",
+    '<limit lower="1" upper="-1"/>': "joint 's': limit: found 1 to -1; expected lower below upper",
+    '<limit lower="1_0" upper="20"/>': "joint 's': lower: found '1_0'; expected 1 finite number",
+    '<origin xyz="١ 0 0"/>': "joint 's': xyz: found '١ 0 0'; expected 3 finite numbers",
+    '<origin xyz="1\u00a00 0"/>': "joint 's': xyz: found '1\\xa00 0'; expected 3 finite numbers",
+    "<origin/><origin/>": "line 2: found a second <origin>; expected one",
+    '<origin rpy="0 0 0" quat_xyzw="0 0 0 1"/>': "found quat_xyzw beside rpy; expected one of them",
+    '<origin quat_xyzw="0 0 0 2"/>': "found a quaternion of length 2; expected one of length 1",
+    '<axs xyz="1 0 0"/>': "line 2: found <axs> in <joint>; expected one of: axis,",
 }
 
 
-@pytest.mark.parametrize("told", LOOPS_REFUSED)
-def test_files_of_loops_that_mean_nothing_are_refused(told: str, tmp_path: Path) -> None:
-    (tmp_path / "a.urdf").write_text(LINKS % "")
-    (tmp_path / "loops.yaml").write_text(told)
+@pytest.mark.parametrize("inside", PLACES)
+def test_a_joint_that_is_told_wrongly_is_refused_with_its_place(
+    inside: str, tmp_path: Path
+) -> None:
     with pytest.raises(InputError) as refusal:
-        parakin.load(tmp_path / "a.urdf", loops=tmp_path / "loops.yaml")
-    assert LOOPS_REFUSED[told] in str(refusal.value)
-    assert "loops.yaml" in str(refusal.value)
+        loaded(tmp_path, urdf(slide(inside)))
+    assert str(refusal.value).startswith(f"{tmp_path / 'a.urdf'}, line 2: ")
+    assert PLACES[inside] in str(refusal.value)
+
+
+ELEMENTS = {
+    "<lop/>": "line 3: found <lop> in <robot>",
+    '<loop name="l" type="floating"/>': "'floating'; expected a joint that holds something",
+    '<xacro:if xmlns:xacro="x"/>': "found <xacro:if> in <robot>; expected URDF, as written by",
+    "<gazebo><joint/></gazebo>": "found a joint in <gazebo>; expected <loop> or <loop_joint>",
+}
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_elements_that_are_not_read_are_refused(element: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError) as refusal:
+        loaded(tmp_path, urdf(slide(""), element))
+    assert ELEMENTS[element] in str(refusal.value)

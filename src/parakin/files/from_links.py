@@ -5,9 +5,17 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from parakin.algebra.spatial import IDENTITY, Pose, Vector
+from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, Pose, Vector
 from parakin.errors import InputError
-from parakin.files.links import Link, merge_chains, merge_rigid, merge_screws, split_off_platform
+from parakin.files.links import (
+    Link,
+    Range,
+    merge_chains,
+    merge_rigid,
+    merge_screws,
+    split_off_platform,
+    turns_in_order,
+)
 from parakin.model.mechanism import MAX_JOINTS, Body, Frame, Joint, Mechanism, Platform
 from parakin.model.placement import vector
 
@@ -33,14 +41,18 @@ def mechanism_of(
         raise InputError(origin, f"{len(links) + len(loops)} joints", f"at most {MAX_JOINTS}")
     screws = [link for link in loops if link.kind == "screw"]
     closing = [link for link in loops if link.kind != "screw"]
-    moving, owner = merge_rigid(base, [*merge_screws(links, screws, origin), *closing], origin)
+    whole = merge_screws(links, screws, closing, origin)
+    moving, owner = merge_rigid(base, [*whole, *closing], origin)
     joints, pose = split_off_platform(base, merge_chains(moving, {base}))
+    if not all(map(turns_in_order, joints)):
+        joints, pose = split_off_platform(base, merge_chains(moving, {base}, in_order=True))
     if not joints:
         raise InputError(
             origin, "no joints that move", "at least one hinge, slide or other moving joint"
         )
+    _check_screws(joints, origin)
     names = _body_names(base, bodies, [*joints, *([pose] if pose else [])], owner)
-    used: dict[str, str] = {}
+    used = {} if pose is None else {"platform": ""}  # the pose's own name
     titled = [(link, _fit(link.name, used)) for link in joints]
     points = _points(owner, names, pose)
     return Mechanism(
@@ -51,25 +63,34 @@ def mechanism_of(
         bodies=tuple(Body(name=label, points=points[body]) for body, label in names.items()),
         joints=tuple(_joint(link, title, names) for link, title in titled),
         platform=None if pose is None else _platform(pose, names),
-        driven=tuple(
-            coordinate
-            for link, title in titled
-            if link.actuated
-            for coordinate in _coordinates(link, title)
-        ),
+        driven=_driven(titled),
         guess={
             coordinate: value
             for link, title in titled
             for coordinate, value in zip(_coordinates(link, title), link.values, strict=True)
         }
         | _pose_values(pose),
-        limits={
-            title: link.limits
-            for link, title in titled
-            if link.limits is not None and len(link.values) == 1
-        },
+        limits=_limits(titled) | _pose_limits(pose),
         origin=origin,
     )
+
+
+def _check_screws(joints: Sequence[Link], origin: str) -> None:
+    """Raises InputError on loops of screws alone: some joint has to close them, and none can."""
+    group: dict[str, str] = {}
+
+    def first(body: str) -> str:
+        while body in group:
+            body = group[body]
+        return body
+
+    for link in joints:
+        if not link.pitch:
+            continue
+        a, b = first(link.parent), first(link.child)
+        if a == b:
+            raise InputError(link.where(origin), "a loop of screws alone", "another joint in it")
+        group[b] = a
 
 
 def _body_names(
@@ -91,9 +112,12 @@ def _body_names(
 def _called(
     body: str, base: str, bodies: Sequence[str], owner: Mapping[str, tuple[str, Pose[float]]]
 ) -> str:
-    """A body's name in the file; for the world, that of the first body fixed to it, if any."""
+    """A body's name in the file; for the world, that of the first body whose frame is the world's,
+    if any: one that stands elsewhere would lend its name to another frame.
+    """
     if body == base == WORLD:
-        return next((b for b in bodies if b != base and owner[b][0] == base), base)
+        known = (b for b in bodies if b != base and b in owner)  # not so bodies inside a screw
+        return next((b for b in known if owner[b] == (base, IDENTITY_POSE)), base)
     return body
 
 
@@ -131,12 +155,44 @@ def _coordinates(link: Link, title: str) -> list[str]:
     return [title] if count == 1 else [f"{title}.{k + 1}" for k in range(count)]
 
 
+def _driven(titled: Sequence[tuple[Link, str]]) -> tuple[str, ...]:
+    """The coordinates that motors move."""
+    return tuple(
+        coordinate
+        for link, title in titled
+        if link.actuated
+        for number, coordinate in enumerate(_coordinates(link, title), start=1)
+        if isinstance(link.actuated, bool) or number in link.actuated
+    )
+
+
+def _limits(titled: Sequence[tuple[Link, str]]) -> dict[str, Range]:
+    """Limits by coordinate."""
+    return {
+        coordinate: limits
+        for link, title in titled
+        for coordinate, limits in zip(_coordinates(link, title), link.limits, strict=False)
+        if limits is not None
+    }
+
+
+def _pose_coordinates(pose: Link) -> list[str]:
+    return [f"platform.{label}" for label in ("x", "y", "z", *(name for name, _ in pose.angles))]
+
+
 def _pose_values(pose: Link | None) -> dict[str, float]:
     """The platform's coordinates in the file's own pose."""
     if pose is None:
         return {}
-    labels = ("x", "y", "z", *(label for label, _ in pose.angles))
-    return {f"platform.{label}": q for label, q in zip(labels, pose.values, strict=True)}
+    return dict(zip(_pose_coordinates(pose), pose.values, strict=True))
+
+
+def _pose_limits(pose: Link | None) -> dict[str, Range]:
+    """The platform's limits, by coordinate."""
+    if pose is None or not pose.limits:
+        return {}
+    named = zip(_pose_coordinates(pose), pose.limits, strict=True)
+    return {coordinate: limits for coordinate, limits in named if limits is not None}
 
 
 def _points(

@@ -27,13 +27,20 @@ from parakin.errors import InputError
 from parakin.model.joints import PAIRS, THETA
 from parakin.model.placement import about
 
+Range = tuple[float, float]
+_UPSIDE_DOWN = Pose(matrix(((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))), ZERO)
 _APART = 1e-6  # directions and positions that differ by less are the same
 
 
 @dataclass(frozen=True)
 class Link:
     """A joint in such a file: frame `F` on its parent and `M` on its child, which coincide when
-    its coordinates are zero. `values` are its coordinates in the file's own pose [m, rad].
+    its coordinates are zero.
+
+    values: its coordinates in the file's own pose [m, rad]. limits: their ranges, if there are any.
+    actuated: whether a motor moves it, or which of its coordinates, the first being 1. place: where
+    in the file it is told, for messages. A screw is the coupling of a hinge, its parent, and a
+    slide, its child, which stands at `advance` [m] plus `pitch` [m/rad] times the hinge's angle.
     """
 
     name: str
@@ -43,49 +50,117 @@ class Link:
     F: Pose[float] = IDENTITY_POSE
     M: Pose[float] = IDENTITY_POSE
     values: tuple[float, ...] = ()
-    limits: tuple[float, float] | None = None
-    actuated: bool = False
+    limits: tuple[Range | None, ...] = ()
+    actuated: bool | tuple[int, ...] = False
     pitch: float = 0.0
+    advance: float = 0.0
     angles: tuple[tuple[str, str], ...] = (("roll", "x"), ("pitch", "y"), ("yaw", "z"))
+    place: str = ""
+
+    def where(self, origin: str) -> str:
+        """What messages call it: its place, or its name in the file `origin`."""
+        return self.place or f"{origin}: {self.name}"
 
 
-def merge_screws(links: Sequence[Link], screws: Sequence[Link], origin: str) -> list[Link]:
+def moved(slides: bool, by: float) -> Pose[float]:
+    """A slide along z, or a turn about it [m, rad]."""
+    if slides:
+        return Pose(IDENTITY, Vector((0.0, 0.0, by)))
+    c, s = math.cos(by), math.sin(by)
+    return Pose(matrix(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0))), ZERO)
+
+
+def merge_screws(
+    links: Sequence[Link], screws: Sequence[Link], closing: Sequence[Link], origin: str
+) -> list[Link]:
     """Links with each hinge and slide that a coupling makes a screw replaced by one helical joint.
 
-    screws: couplings, which name the hinge as parent and the slide as child. Raises InputError.
+    screws: couplings, which name the hinge as parent and the slide as child. closing: the links
+    that close loops. Raises InputError.
     """
     result = list(links)
+    ends = Counter(n for link in (*links, *closing) for n in (link.parent, link.child))
     for screw in screws:
-        ends = [
-            [link for link in result if link.name == name and not link.pitch]
-            for name in (screw.parent, screw.child)
+        place = screw.where(origin)
+        parts = [
+            [link for link in result if link.name == name and link.kind == kind and not link.pitch]
+            for name, kind in ((screw.parent, "revolute"), (screw.child, "prismatic"))
         ]
-        if not all(ends):
+        if not all(parts):
             found = f"a joint that already belongs to a screw, {screw.parent!r} or {screw.child!r}"
-            raise InputError(f"{origin}: {screw.name}", found, "one coupling for each joint")
-        (hinge, *_), (slide, *_) = ends
-        first, second = (hinge, slide) if hinge.child == slide.parent else (slide, hinge)
-        onto = first.M.inverse @ second.F  # the second joint's frame in the first's, at zero
-        off = Vector((onto.p[0], onto.p[1], 0.0))
-        joined = [n for link in result for n in (link.parent, link.child)]
-        alike = not _differ(onto.R.column(2), Vector((0.0, 0.0, 1.0))) and not _differ(off, ZERO)
-        if first.child != second.parent or joined.count(first.child) != 2 or not alike:
+            raise InputError(place, found, "one coupling for each joint")
+        (hinge, *_), (slide, *_) = parts
+        whole = _screw(hinge, slide, screw, place)
+        inner = hinge.child if hinge.child == slide.parent else slide.child
+        if whole is None:
             raise InputError(
-                f"{origin}: {screw.name}",
+                place,
                 f"{slide.name!r} following {hinge.name!r}",
                 "a slide along the axis of the hinge it is coupled to, as in a screw",
             )
-        whole = replace(
-            hinge,
-            parent=first.parent,
-            child=second.child,
-            F=first.F,
-            M=second.M @ onto.inverse,
-            pitch=2 * math.pi * screw.pitch,
-        )
+        if ends[inner] != 2:
+            found = f"{inner!r:.80}, inside the screw of {hinge.name!r}, joined to other links"
+            raise InputError(place, found, "other links joined to the screw's ends only")
         result[result.index(hinge)] = whole
         result.remove(slide)
     return result
+
+
+def _screw(hinge: Link, slide: Link, screw: Link, place: str) -> Link | None:
+    """The helical joint of a hinge and a slide next to it; None if they are not parallel."""
+    if hinge.child != slide.parent and slide.child != hinge.parent:
+        return None
+    pitch, advance = screw.pitch, screw.advance
+    for _ in range(2):
+        first, second = (hinge, slide) if hinge.child == slide.parent else (slide, hinge)
+        onto = first.M.inverse @ second.F  # the second joint's frame in the first's, at zero
+        if not _differ(onto.R.column(2), Vector((0.0, 0.0, 1.0))):
+            break
+        slide, pitch, advance = _negated(slide), -pitch, -advance  # it may point the other way
+    else:
+        return None
+    # The helical joint is where the hinge is: a slide is the same anywhere.
+    F, M = (first.F, second.M @ onto.inverse) if first is hinge else (first.F @ onto, second.M)
+    return replace(
+        hinge,
+        parent=first.parent,
+        child=second.child,
+        F=F,
+        M=M @ moved(True, -advance),
+        limits=_limits_of_screw(hinge, slide, pitch, advance, place),
+        actuated=bool(hinge.actuated or slide.actuated),
+        pitch=2 * math.pi * pitch,
+    )
+
+
+def _limits_of_screw(
+    hinge: Link, slide: Link, pitch: float, advance: float, place: str
+) -> tuple[Range | None, ...]:
+    """The angles that both the hinge's and the slide's limits allow. Raises InputError if none."""
+    ranges = [*hinge.limits]
+    for limits in slide.limits:
+        if limits is not None:
+            low, high = sorted((end - advance) / pitch for end in limits)
+            ranges.append((low, high))
+    known = [limits for limits in ranges if limits is not None]
+    if not known:
+        return ()
+    low, high = max(a for a, _ in known), min(b for _, b in known)
+    if not low < high:
+        found = f"limits of {hinge.name!r} and {slide.name!r} that exclude each other"
+        raise InputError(place, found, "limits that both can be within")
+    return ((low, high),)
+
+
+def _negated(slide: Link) -> Link:
+    """A slide that counts the other way."""
+    return replace(
+        slide,
+        F=slide.F @ _UPSIDE_DOWN,
+        M=slide.M @ _UPSIDE_DOWN,
+        values=tuple(-value for value in slide.values),
+        limits=tuple(limits and (-limits[1], -limits[0]) for limits in slide.limits),
+    )
 
 
 def merge_rigid(
@@ -115,7 +190,7 @@ def merge_rigid(
             )
             if max(apart, turned) > _APART:
                 raise InputError(
-                    f"{origin}: {link.name}",
+                    link.where(origin),
                     "links that are already rigid, welded in another place",
                     "a loop",
                 )
@@ -132,7 +207,7 @@ def merge_rigid(
         (a, at_a), (b, at_b) = owner[link.parent], owner[link.child]
         if a == b:
             raise InputError(
-                f"{origin}: {link.name}",
+                link.where(origin),
                 f"a joint between {link.parent!r} and {link.child!r}, which are one rigid body",
                 "a joint between bodies that can move",
             )
@@ -140,10 +215,11 @@ def merge_rigid(
     return found, owner
 
 
-def merge_chains(links: Sequence[Link], kept: set[str]) -> list[Link]:
+def merge_chains(links: Sequence[Link], kept: set[str], in_order: bool = False) -> list[Link]:
     """Links with each chain of hinges and slides X.1, X.2, ... replaced by the joint X.
 
-    kept: bodies that are not internal to a joint.
+    kept: bodies that are not internal to a joint. in_order: a free joint's angles have to turn
+    about x, then y, then z, as those of free joints do that are not the platform's pose.
     """
     ends: dict[str, int] = {}
     onward: dict[tuple[str, str], Link] = {}
@@ -151,6 +227,7 @@ def merge_chains(links: Sequence[Link], kept: set[str]) -> list[Link]:
         for body in (link.parent, link.child):
             ends[body] = ends.get(body, 0) + 1
         onward[link.parent, _stem(link)] = link
+    alike = Counter(_stem(link) for link in links)
     result: list[Link] = []
     inside: set[str] = set()
     for link in links:
@@ -160,11 +237,20 @@ def merge_chains(links: Sequence[Link], kept: set[str]) -> list[Link]:
             if more is None or not _stem(link) or len(chain) == 6:
                 break
             chain.append(more)
-        whole = _joint_of(chain) if len(chain) > 1 and link.name not in inside else None
+        complete = len(chain) > 1 and len(chain) == alike[_stem(link)]
+        apart = chain[0].parent != chain[-1].child  # where a loop is welded, it may be the same
+        whole = _joint_of(chain) if complete and apart else None
+        if in_order and whole is not None and not turns_in_order(whole):
+            whole = None
         if whole is not None:
             inside |= {part.name for part in chain}
         result.append(whole or link)
     return [link for link in result if link.name not in inside]
+
+
+def turns_in_order(link: Link) -> bool:
+    """Whether a free link turns about x, then y, then z; true of any other link."""
+    return link.kind != "free" or [axis for _, axis in link.angles] == ["x", "y", "z"]
 
 
 def _stem(link: Link) -> str:
@@ -216,16 +302,26 @@ def _joint_of(chain: Sequence[Link]) -> Link | None:
                 F,
                 at.inverse @ (F @ Pose(tail, ZERO)),
                 tuple(value for link in chain for value in link.values),
-                actuated=all(link.actuated for link in chain),
+                _limits_of_chain(chain),
+                _actuated_of_chain(chain),
                 angles=tuple(angles),
             )
     return None
 
 
+def _limits_of_chain(chain: Sequence[Link]) -> tuple[Range | None, ...]:
+    limits = tuple(link.limits[0] if link.limits else None for link in chain)
+    return limits if any(limits) else ()
+
+
+def _actuated_of_chain(chain: Sequence[Link]) -> bool | tuple[int, ...]:
+    moved = tuple(k for k, link in enumerate(chain, start=1) if link.actuated)
+    return len(moved) == len(chain) or (moved or False)
+
+
 def _reversed(link: Link) -> Link:
     """A hinge or slide with parent and child exchanged, its coordinate unchanged."""
-    upside_down = Pose(matrix(((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))), ZERO)
-    F, M = link.M @ upside_down, link.F @ upside_down
+    F, M = link.M @ _UPSIDE_DOWN, link.F @ _UPSIDE_DOWN
     return replace(link, parent=link.child, child=link.parent, F=F, M=M)
 
 

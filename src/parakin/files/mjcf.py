@@ -1,61 +1,34 @@
 """MuJoCo models (MJCF) as mechanisms: bodies, joints, and the loops closed by connect and weld.
 
-MuJoCo's own compiler resolves frames, defaults, units and anchors. It sees only the skeleton of
-the model: shapes, contacts, masses and references to other files are left out, so that no file
-is opened but the one that the user named.
+MuJoCo's own compiler resolves frames, defaults, units and anchors, in the skeleton of the model.
 """
 
 from __future__ import annotations
 
 import math
+import re
 import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, ZERO, Matrix, Pose, Vector, matrix
-from parakin.errors import InputError, not_installed
+from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, Matrix, Pose, matrix
+from parakin.errors import InputError, nearest, not_installed
 from parakin.files.from_links import WORLD, mechanism_of
-from parakin.files.links import Link
+from parakin.files.links import Link, moved
+from parakin.files.mjcf_skeleton import check_mjcf, skeleton, used
 from parakin.files.parsing import numbers
+from parakin.files.vocabulary import line_number, line_of, not_used
 from parakin.model.mechanism import MAX_JOINTS, Mechanism
 from parakin.model.placement import about, vector
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
 
-_TURN = {"quat", "axisangle", "xyaxes", "zaxis", "euler"}
-_KEPT: dict[str, set[str]] = {
-    "mujoco": {"model"},
-    "compiler": {"angle", "autolimits", "eulerseq"},
-    "default": {"class"},
-    "worldbody": set(),
-    "body": {"name", "pos", "childclass", *_TURN},
-    "frame": {"name", "pos", "childclass", *_TURN},
-    "joint": {"name", "class", "type", "pos", "axis", "range", "limited", "ref"},
-    "freejoint": {"name"},
-    "site": {"name", "class", "pos", "fromto", *_TURN},
-    "equality": {"class"},
-    "connect": {"name", "class", "active", "body1", "body2", "anchor", "site1", "site2"},
-    "weld": {
-        *("name", "class", "active", "body1", "body2", "anchor", "relpose", "site1", "site2"),
-        "torquescale",
-    },
-}
-_KEPT_COUPLING = {"name", "class", "active", "joint1", "joint2", "polycoef"}
-_NUMBERS = {
-    *("pos", "axis", "range", "ref", "fromto", "anchor", "relpose", "torquescale", "polycoef"),
-    *_TURN,
-}
 _LOCKED = 1e-12  # the cosine of the second of three angles at gimbal lock
-_HUGE = 1e10  # out of bounds for MuJoCo too
-_ELSEWHERE = {
-    "include": "one file, with what it includes written out",
-    "attach": "one file, with what it attaches written out",
-    "replicate": "bodies written out one by one",
-    "composite": "bodies written out one by one",
-    "flexcomp": "rigid bodies",
-}
+_SLIDE = 2  # MuJoCo's kinds of joints: free, ball, slide, hinge
+_LISTED = 10  # lines in a note
+_LINE = re.compile(r",? ?\bline (\d+)")
 
 
 def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
@@ -67,185 +40,182 @@ def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
         import mujoco
     except ImportError:
         raise not_installed(origin, "mujoco") from None
-    from lxml import etree
-
-    skeleton = _skeleton(root, origin)
-    parts = list(skeleton.iter("body", "joint", "freejoint", "connect", "weld"))
-    if len(parts) > 4 * MAX_JOINTS:
-        found = f"{len(parts)} bodies, joints and loops"
+    check_mjcf(root, mujoco.mj_printSchema(False, False), origin)
+    count = sum(1 for _ in root.iter("body", "joint", "freejoint", "connect", "weld"))
+    if count > 4 * MAX_JOINTS:
+        found = f"{count} bodies, joints and loops"
         raise InputError(origin, found, f"at most {4 * MAX_JOINTS}")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about inertias, which do not matter here
-            spec = mujoco.MjSpec.from_string(etree.tostring(skeleton, encoding="unicode"))
-            model = spec.compile()
+            model = mujoco.MjSpec.from_string(skeleton(root, origin)).compile()
     except (ValueError, RuntimeError) as error:
-        reason = " ".join(str(error).split())
-        raise InputError(origin, f"a model that MuJoCo refuses: {reason}", "a valid one") from None
-    read = _Model(mujoco, model, origin)
-    pose = _home(root, model)
-    actuated = _actuated(root)
-    links = [link for body in range(1, model.nbody) for link in read.links(body, pose, actuated)]
+        raise _refused(str(error), mujoco.__version__, origin) from None
+    home = _home(root, model, origin)
+    actuated, idle = _actuated(root, model, origin)
+    read = _Model(mujoco, root, model, home, actuated, origin)
     loops = read.loops()
-    names = [read.body(k) for k in range(model.nbody)]
+    links = [link for body in range(1, model.nbody) for link in read.links(body)]
+    notes = f"Read from MJCF.{not_used(root, used)}"
+    if idle:
+        notes += f" Actuators that drive no hinge or slide: on {', '.join(idle[:_LISTED])}"
+        notes += ", ..." if len(idle) > _LISTED else "."
+    if read.no_loops and model.neq:
+        notes += " Its equalities are disabled by <flag>."
     return mechanism_of(
-        root.get("model") or "model", WORLD, names, links, loops, origin, "Read from MJCF."
+        root.get("model") or "model", WORLD, read.bodies, links, loops, origin, notes
     )
 
 
-def _skeleton(root: _Element, origin: str) -> _Element:
-    """A copy with only the elements and attributes that kinematics needs. Raises InputError."""
-    from lxml import etree
-
-    def kept(element: _Element) -> _Element:
-        within = element.getparent()
-        inside_default = within is not None and within.tag == "default"
-        coupling = within is not None and within.tag == "equality"
-        keys = _KEPT_COUPLING if element.tag == "joint" and coupling else _KEPT[element.tag]
-        made = etree.Element(element.tag)
-        for key, value in _attributes(element, keys).items():
-            if key in _NUMBERS:
-                _check_numbers(value, f"{origin}, line {element.sourceline}: {key}")
-            made.set(key, value)
-        if element.tag == "site" and not inside_default:
-            made.set("type", "capsule" if "fromto" in made.attrib else "sphere")
-            made.set("size", "0.01")
-        for child in element:
-            if child.tag in _ELSEWHERE:
-                place = f"{origin}, line {child.sourceline}"
-                raise InputError(place, f"<{child.tag}>", _ELSEWHERE[child.tag])
-            wanted = child.tag in _KEPT and (child.tag != "site" or not inside_default)
-            if wanted and child.tag != "compiler":
-                made.append(kept(child))
-        return made
-
-    skeleton = kept(root)
-    compiler = etree.Element("compiler")
-    for element in root.iterfind("compiler"):  # the last word counts, as in MuJoCo
-        for key, value in _attributes(element, _KEPT["compiler"]).items():
-            compiler.set(key, value)
-    compiler.attrib.update({"boundmass": "1", "boundinertia": "1", "fusestatic": "false"})
-    skeleton.insert(0, compiler)
-    return skeleton
+def _refused(said: str, version: str, origin: str) -> InputError:
+    """MuJoCo's own message, its line as part of the place."""
+    line = _LINE.search(said)
+    place = f"{origin}, line {line[1]}" if line else origin
+    reason = " ".join(_LINE.sub("", said).split())
+    return InputError(place, f"a model that MuJoCo refuses: {reason}", f"MJCF of MuJoCo {version}")
 
 
-def _attributes(element: _Element, keys: set[str]) -> dict[str, str]:
-    """An element's attributes of these names, looked up one by one: listing all of them takes
-    lxml quadratic time.
-    """
-    found = {key: element.get(key) for key in sorted(keys)}
-    return {key: value for key, value in found.items() if value is not None}
-
-
-def _check_numbers(text: str, place: str) -> None:
-    """Raises InputError on numbers that MuJoCo would only log a warning about, or accept."""
-    try:
-        if "_" in text or not all(abs(float(word)) < _HUGE for word in text.split()):
-            raise ValueError
-    except ValueError:
-        raise InputError(place, f"{text!r:.80}", f"finite numbers below {_HUGE:g}") from None
-
-
-def _home(root: _Element, model: Any) -> list[float]:
+def _home(root: _Element, model: Any, origin: str) -> list[float]:
     """The pose of the key frame "home", or the model's first pose if there is none."""
+    home = [float(q) for q in model.qpos0]
+    names: set[str] = set()
     for key in root.iterfind("keyframe/key"):
-        if key.get("name") == "home" and key.get("qpos") is not None:
-            place = f"line {key.sourceline}: qpos"
-            return numbers(key.get("qpos"), model.nq, (), place)
-    return [float(q) for q in model.qpos0]
+        place, name = line_of(key, origin), key.get("name")
+        if name and name in names:
+            raise InputError(place, f"a second key {name!r:.80}", "distinct names")
+        names |= {name} if name else set()
+        qpos = numbers(key.get("qpos"), model.nq, list(model.qpos0), f"{place}: qpos")
+        if name == "home":
+            home = qpos
+    return home
 
 
-def _actuated(root: _Element) -> set[str]:
-    """Names of the joints that an actuator moves directly."""
-    return {
-        name
-        for element in root.iterfind("actuator/*")
-        for name in (element.get("joint"), element.get("jointinparent"))
-        if name is not None
-    }
+def _actuated(root: _Element, model: Any, origin: str) -> tuple[set[str], list[str]]:
+    """Names of the hinges and slides that an actuator moves directly, and lines of the others.
+
+    Raises InputError on unknown joints.
+    """
+    known = {model.joint(k).name: k for k in range(model.njnt) if model.joint(k).name}
+    moved: set[str] = set()
+    idle: list[str] = []
+    for element in root.iterfind("actuator/*"):
+        keys = [key for key in ("joint", "jointinparent") if element.get(key) is not None]
+        names = {key: str(element.get(key)) for key in keys}
+        for key, name in names.items():
+            if name not in known:
+                place = f"{line_of(element, origin)}: {key}"
+                raise InputError(place, f"unknown joint {name!r:.80}", nearest(name, known))
+        single = {name for name in names.values() if model.jnt_type[known[name]] >= _SLIDE}
+        moved |= single
+        idle += [] if single else [f"line {line_number(element)}"]
+    return moved, idle
 
 
 class _Model:
     """A compiled MuJoCo model, read as links."""
 
-    def __init__(self, mujoco: Any, model: Any, origin: str) -> None:
-        self.mujoco, self.model, self.origin = mujoco, model, origin
+    def __init__(
+        self,
+        mujoco: Any,
+        root: _Element,
+        model: Any,
+        home: list[float],
+        actuated: set[str],
+        origin: str,
+    ) -> None:
+        self.mujoco, self.model, self.home = mujoco, model, home
+        self.actuated, self.origin = actuated, origin
+        self.lines = {"joint": _joint_lines(root), "equality": _equality_lines(root)}
+        bodies = [model.body(k).name for k in range(model.nbody)]
+        joints = [model.joint(k).name for k in range(model.njnt)]
+        self.bodies, self.joints = _all_named(bodies, "body"), _all_named(joints, "joint")
+        equalities = [model.equality(i).name for i in range(model.neq)]
+        self.loop_names = _all_named(equalities, "loop")
+        self.taken = set(self.bodies)
+        self.held: dict[int, float] = {}  # joints that an equality holds still, and where
+        disabled, bits = int(model.opt.disableflags), mujoco.mjtDisableBit
+        self.no_loops = bool(disabled & (bits.mjDSBL_EQUALITY | bits.mjDSBL_CONSTRAINT))
+        self.no_limits = bool(disabled & (bits.mjDSBL_LIMIT | bits.mjDSBL_CONSTRAINT))
 
-    def body(self, k: int) -> str:
-        return self.model.body(k).name or f"body{k}"
+    def place(self, what: str, k: int) -> str:
+        """Where joint or equality number `k` stands in the file."""
+        name = self.joints[k] if what == "joint" else self.loop_names[k]
+        return f"{self.origin}, line {self.lines[what][k]}: {what} {name!r:.80}"
 
-    def joint(self, k: int) -> str:
-        return self.model.joint(k).name or f"joint{k}"
-
-    def links(self, body: int, pose: list[float], actuated: set[str]) -> list[Link]:
-        """A body's joints in order, with nameless bodies between them."""
+    def links(self, body: int) -> list[Link]:
+        """A body's joints in order, with nameless bodies between them. Raises InputError."""
         model = self.model
         at = self._placement(model.body_pos[body], model.body_quat[body])
-        near, name = self.body(int(model.body_parentid[body])), self.body(body)
+        near, name = self.bodies[int(model.body_parentid[body])], self.bodies[body]
         first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
         if count == 0:
             return [Link(f"{name} on {near}", "fixed", near, name, at)]
         made = []
         for j in range(first, first + count):
             last = j == first + count - 1
-            far = name if last else f"{name} after {self.joint(j)}"
-            made.append(self._link(j, near, far, at, pose, actuated))
+            far = name if last else _unused(f"{name} after {self.joints[j]}", self.taken)
+            made.append(self._link(j, near, far, at))
             near, at = far, IDENTITY_POSE
         return made
 
-    def _link(
-        self, j: int, near: str, far: str, at: Pose[float], pose: list[float], actuated: set[str]
-    ) -> Link:
-        model, kinds = self.model, self.mujoco.mjtJoint
-        name, kind, k = self.joint(j), int(model.jnt_type[j]), int(model.jnt_qposadr[j])
-        point = vector(model.jnt_pos[j])
+    def _link(self, j: int, near: str, far: str, at: Pose[float]) -> Link:
+        model, kinds, pose = self.model, self.mujoco.mjtJoint, self.home
+        name, kind, k = self.joints[j], int(model.jnt_type[j]), int(model.jnt_qposadr[j])
+        point, place = vector(model.jnt_pos[j]), self.place("joint", j)
         if kind == kinds.mjJNT_FREE:
-            R = self._matrix(pose[k + 3 : k + 7])
-            values = (*pose[k : k + 3], *_angles_of(R))
-            return Link(name, "free", near, far, values=tuple(map(float, values)))
+            values = (*pose[k : k + 3], *_angles_of(self._matrix(pose[k + 3 : k + 7])))
+            return Link(name, "free", near, far, values=tuple(map(float, values)), place=place)
+        limited = bool(model.jnt_limited[j]) and not self.no_limits
         if kind == kinds.mjJNT_BALL:
+            if limited:
+                expected = "none: no coordinate here counts a ball's whole turn"
+                raise InputError(f"{place}: range", "a range of a ball joint", expected)
             here = Pose(IDENTITY, point)
             values = _angles_of(self._matrix(pose[k : k + 4]))
-            return Link(name, "spherical", near, far, at @ here, here, values)
+            return Link(name, "spherical", near, far, at @ here, here, values, place=place)
         slides = kind == kinds.mjJNT_SLIDE
-        R, ref = about(vector(model.jnt_axis[j])), float(model.qpos0[k])
-        here = Pose(R, point)
+        here = Pose(about(vector(model.jnt_axis[j])), point)
         # In the file's pose the joint stands at `ref`; here it stands at zero.
-        back = Pose(IDENTITY, Vector((0.0, 0.0, -ref)))
-        if not slides:
-            c, s = math.cos(ref), math.sin(ref)
-            back = Pose(matrix(((c, s, 0.0), (-s, c, 0.0), (0.0, 0.0, 1.0))), ZERO)
-        limited = bool(model.jnt_limited[j])
+        F = at @ here @ moved(slides, -float(model.qpos0[k]))
+        if j in self.held:
+            return Link(name, "fixed", near, far, F @ moved(slides, self.held[j]), here)
         low, high = (float(a) for a in model.jnt_range[j])
         return Link(
             name,
             "prismatic" if slides else "revolute",
             near,
             far,
-            at @ here @ back,
+            F,
             here,
             (float(pose[k]),),
-            (low, high) if limited and low < high else None,
-            name in actuated,
+            ((low, high),) if limited and low < high else (),
+            name in self.actuated,
+            place=place,
         )
 
     def loops(self) -> list[Link]:
-        """Loops closed by equality constraints. Two points shared by two bodies are a hinge."""
+        """Loops closed by equality constraints. Two points shared by two bodies are a hinge.
+
+        Raises InputError.
+        """
         model, kinds = self.model, self.mujoco.mjtEq
         made: list[Link] = []
-        for i in range(model.neq):
-            name = model.equality(i).name or f"loop{i}"
-            if not model.eq_active0[i]:
+        for i, name in enumerate(self.loop_names):
+            if not model.eq_active0[i] or self.no_loops:
                 continue
             kind = int(model.eq_type[i])
             if kind == kinds.mjEQ_JOINT:
-                made.append(self._screw(i, name))
+                made += self._coupling(i, name)
                 continue
+            if kind not in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD):
+                expected = "connect, weld, or joint"
+                raise InputError(self.place("equality", i), "another kind of equality", expected)
             a, b, F, M = self._ends(i)
             turning = kind == kinds.mjEQ_WELD and model.eq_data[i][10] != 0
             if kind == kinds.mjEQ_WELD and not turning:
                 F, M = Pose(IDENTITY, F.p), Pose(IDENTITY, M.p)
-            made.append(Link(name, "fixed" if turning else "spherical", a, b, F, M))
+            closing, place = "fixed" if turning else "spherical", self.place("equality", i)
+            made.append(Link(name, closing, a, b, F, M, place=place))
         return _hinges(made)
 
     def _ends(self, i: int) -> tuple[str, str, Pose[float], Pose[float]]:
@@ -259,32 +229,78 @@ class _Model:
             F, M = (Pose(IDENTITY, vector(data[k : k + 3])) for k in (0, 3))
             if model.eq_type[i] == self.mujoco.mjtEq.mjEQ_WELD:
                 F, M = self._placement(data[3:6], data[6:10]), Pose(IDENTITY, F.p)
-        return self.body(bodies[0]), self.body(bodies[1]), F, M
+        return self.bodies[bodies[0]], self.bodies[bodies[1]], F, M
 
-    def _screw(self, i: int, name: str) -> Link:
-        """The coupling of a hinge and a slide as a screw. Raises InputError on any other."""
-        model = self.model
+    def _coupling(self, i: int, name: str) -> list[Link]:
+        """The coupling of a hinge and a slide as a screw; none for a joint that is held still.
+
+        MuJoCo's equation: q1 - ref1 = c0 + c1 (q2 - ref2) + ... Raises InputError on others.
+        """
+        model, kinds = self.model, self.mujoco.mjtJoint
+        place = self.place("equality", i)
         first, second = int(model.eq_obj1id[i]), int(model.eq_obj2id[i])
-        ratio = float(model.eq_data[i][1])
-        straight = second >= 0 and ratio != 0 and not any(model.eq_data[i][k] for k in (2, 3, 4))
-        if straight and model.jnt_type[first] == self.mujoco.mjtJoint.mjJNT_HINGE:
-            first, second, ratio = second, first, 1 / ratio
-        kinds = [int(model.jnt_type[k]) for k in (first, second)] if straight else []
-        if kinds != [self.mujoco.mjtJoint.mjJNT_SLIDE, self.mujoco.mjtJoint.mjJNT_HINGE]:
-            raise InputError(
-                f"{self.origin}: equality {name!r}",
-                "coupled joints",
-                "connect, weld, or a slide that advances with a hinge: gears are not supported",
-            )
-        return Link(name, "screw", self.joint(second), self.joint(first), pitch=ratio)
+        offset, ratio, *curved = (float(a) for a in model.eq_data[i][:5])
+        zero = self._zero(first)
+        if second < 0 or (ratio == 0 and not any(curved)):
+            if first in self.held:
+                raise InputError(place, "a joint held twice", "one equality for each joint")
+            self.held[first] = zero + offset
+            return []
+        slides = [int(model.jnt_type[k]) == kinds.mjJNT_SLIDE for k in (first, second)]
+        if any(curved) or slides[0] == slides[1]:
+            expected = "a slide that advances with a hinge in proportion: gears are not supported"
+            raise InputError(place, "coupled joints", expected)
+        advance = zero + offset - ratio * self._zero(second)
+        if slides[1]:  # the hinge is told by the slide
+            first, second, advance, ratio = second, first, -advance / ratio, 1 / ratio
+        ends = self.joints[second], self.joints[first]
+        return [Link(name, "screw", *ends, pitch=ratio, advance=advance, place=place)]
+
+    def _zero(self, joint: int) -> float:
+        """A joint's `ref`."""
+        return float(self.model.qpos0[self.model.jnt_qposadr[joint]])
 
     def _placement(self, p: Any, quaternion: Any) -> Pose[float]:
         return Pose(self._matrix(quaternion), vector(p))
 
     def _matrix(self, quaternion: Any) -> Matrix[float]:
         R = np.empty(9)
-        self.mujoco.mju_quat2Mat(R, np.asarray(quaternion, dtype=float))
+        unit = np.array(quaternion, dtype=float)
+        self.mujoco.mju_normalize4(unit)  # as MuJoCo does before it uses a pose
+        self.mujoco.mju_quat2Mat(R, unit)
         return matrix(R.reshape(3, 3).tolist())
+
+
+def _joint_lines(root: _Element) -> list[int]:
+    """The lines of joints in MuJoCo's order: body by body, each in the file's order."""
+    lines: dict[_Element | None, list[int]] = {body: [] for body in root.iter("body")}
+    for joint in root.iter("joint", "freejoint"):
+        body = next(joint.iterancestors("body"), None)
+        if body is not None:
+            lines[body].append(line_number(joint))
+    return [line for own in lines.values() for line in own]
+
+
+def _equality_lines(root: _Element) -> list[int]:
+    return [
+        line_number(element)
+        for section in root.iterfind("equality")
+        for element in section.iterchildren("connect", "weld", "joint")
+    ]
+
+
+def _all_named(names: list[str], what: str) -> list[str]:
+    """Names by number, those that are missing made up: `what` and the number."""
+    taken = set(names)
+    return [name or _unused(f"{what}{k}", taken) for k, name in enumerate(names)]
+
+
+def _unused(name: str, taken: set[str]) -> str:
+    """`name`, with primes if others have it; adds it to `taken`."""
+    while name in taken:
+        name += "'"
+    taken.add(name)
+    return name
 
 
 def _angles_of(R: Matrix[float]) -> tuple[float, float, float]:
@@ -317,12 +333,17 @@ def _hinges(loops: list[Link]) -> list[Link]:
 
 
 def _hinge(a: Link, b: Link) -> Link | None:
-    """The hinge through two points shared by two bodies; None if the points coincide."""
-    frames = []
+    """The hinge through two points shared by two bodies; None if the points coincide, or lie
+    further apart on one body than on the other.
+    """
+    frames, lengths = [], []
     for p, q in ((a.F.p, b.F.p), (a.M.p, b.M.p)):
         along = q - p
         length = math.hypot(*along)
         if length < 1e-9:
             return None
+        lengths.append(length)
         frames.append(Pose(about((1 / length) * along), p))
-    return Link(a.name, "revolute", a.parent, a.child, frames[0], frames[1])
+    if abs(lengths[0] - lengths[1]) > 1e-12 * max(1.0, *lengths):
+        return None
+    return Link(a.name, "revolute", a.parent, a.child, frames[0], frames[1], place=a.place)

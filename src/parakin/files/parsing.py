@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
@@ -17,6 +18,9 @@ MAX_BYTES = 1_000_000  # of a text file
 _MAX_DEPTH = 12
 _MAX_DIGITS = 1000
 _MAX_BITS = 10_000  # of whole numbers; Python can format some 14,000 for a message
+NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")  # as C reads one
+_YAML_NUMBER = re.compile(r"[+-]?(?:(?:0|[1-9][0-9]*)(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_YAML_NONE = re.compile(r"[+-]?\.(?:inf|nan)", re.IGNORECASE)  # refused where numbers are used
 _TOML_TEXT = re.compile(r"""\"(?:[^"\\\n]|\\.)*+"?|'[^'\n]*+'?""")
 _LONG_KEY = re.compile(r"(?:\.[ \t]*[\w-]++[ \t]*+){100}")  # a.b.c...: tomllib takes quadratic time
 _TOO_DEEP = (f"lists or tables more than {_MAX_DEPTH} deep", f"at most {_MAX_DEPTH} levels")
@@ -128,15 +132,16 @@ def parse_yaml(text: str, origin: str) -> dict[str, Any]:
 
 
 def _check_nodes(node: Any, origin: str) -> None:
-    """Raises InputError on repeated keys, since YAML keeps only the last, and on numbers that
-    take long to read.
+    """Raises InputError on repeated keys, since YAML keeps only the last, on numbers that take
+    long to read, and on those that are not plain decimals: to YAML `010` is 8, and `1:30` is 90.
     """
     waiting = [] if node is None else [node]
     while waiting:
-        value, tag = waiting[-1].value, waiting.pop().tag
+        node = waiting.pop()
+        value = node.value
         if isinstance(value, str):
-            if len(value) > _MAX_DIGITS and tag.endswith((":int", ":float")):
-                raise InputError(origin, f"a number of {len(value)} characters", "a shorter one")
+            if node.tag.endswith((":int", ":float")):
+                _check_yaml_number(value, f"{origin}, line {node.start_mark.line + 1}")
             continue
         seen: set[str] = set()
         for item in value:
@@ -149,6 +154,13 @@ def _check_nodes(node: Any, origin: str) -> None:
                 place = f"{origin}, line {item[0].start_mark.line + 1}"
                 raise InputError(place, f"{key!r:.80} twice", "one value")
             seen |= {key} if key else set()
+
+
+def _check_yaml_number(text: str, place: str) -> None:
+    if len(text) > _MAX_DIGITS:
+        raise InputError(place, f"a number of {len(text)} characters", "a shorter one")
+    if not (_YAML_NUMBER.fullmatch(text) or _YAML_NONE.fullmatch(text)):
+        raise InputError(place, f"{text!r:.80}", "a plain decimal number")
 
 
 def _check_values(table: object, origin: str) -> None:
@@ -193,19 +205,23 @@ def parse_xml(text: str, origin: str) -> _Element:
     try:
         return etree.fromstring(text.encode(), parser)
     except etree.XMLSyntaxError as error:
-        raise InputError(origin, f"a syntax error: {error.msg}", "XML") from None
+        place = f"{origin}, line {error.lineno}" if error.lineno else origin
+        raise InputError(place, f"a syntax error: {error.msg}", "XML") from None
 
 
 def numbers(text: str | None, count: int, default: Sequence[float], place: str) -> list[float]:
     """The numbers in an attribute, or `default` if it is missing. Raises InputError unless there
-    are `count` finite ones.
+    are `count` finite ones, written as C reads them.
     """
     if text is None:
         return list(default)
-    try:
-        values = [float(word) for word in text.split()]
-        if len(values) != count or not all(abs(a) < 1e100 for a in values):
-            raise ValueError
-    except ValueError:
-        raise InputError(place, repr(text), f"{count} finite number{'s'[: count > 1]}") from None
+    values = [number(word) for word in text.split()] if text.isascii() else []
+    if len(values) != count or not all(abs(a) < 1e100 for a in values):
+        expected = f"{count} finite number{'s'[: count > 1]}"
+        raise InputError(place, f"{text!r:.80}", expected)
     return values
+
+
+def number(word: str) -> float:
+    """A number as C writes it; NaN for anything else that Python takes for one (1_0, ١, inf)."""
+    return float(word) if NUMBER.fullmatch(word) else math.nan

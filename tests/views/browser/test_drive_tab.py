@@ -23,7 +23,7 @@ def _drive_from_home(page: Page) -> None:
 def _stand_on_the_second_branch(page: Page, of: int) -> None:
     _drive_from_home(page)
     page.press("Search for branches here")
-    page.page.get_by_text(re.compile(f"{of} distinct among [0-9,]+ assemblies")).wait_for()
+    page.page.get_by_text(re.compile(f"{of} distinct, [0-9]+ of them usable")).wait_for()
     page.choose("Branch", f"2 of {of}")
     page.page.get_by_text(re.compile(f"branch 2 of {of}")).wait_for()
 
