@@ -262,3 +262,38 @@ def test_elements_that_are_not_read_are_refused(element: str, tmp_path: Path) ->
     with pytest.raises(InputError) as refusal:
         loaded(tmp_path, urdf(slide(""), element))
     assert ELEMENTS[element] in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("limit", "position", "velocity"),
+    [
+        ('lower="-1" upper="2" velocity="3"', (-1.0, 2.0), (-3.0, 3.0)),
+        ('lower="-1" upper="2" velocity="0"', (-1.0, 2.0), None),  # as where none is told
+        ('lower="-1000" upper="2"', (-math.inf, 2.0), None),
+        ('lower="-1000" upper="1000" velocity="1000"', None, None),
+        ('velocity="0.5"', None, (-0.5, 0.5)),
+    ],
+)
+def test_limits_of_positions_and_speeds(
+    tmp_path: Path, limit: str, position: tuple[float, float], velocity: tuple[float, float]
+) -> None:
+    path = tmp_path / "slide.urdf"
+    path.write_text(
+        f'<robot name="r"><link name="a"/><link name="b"/><joint name="J" type="prismatic">'
+        f'<parent link="a"/><child link="b"/><limit effort="1" {limit}/></joint></robot>'
+    )
+    graph = graph_of(parakin.load(path))
+    unlimited = (-math.inf, math.inf)
+    assert graph.limits("J") == (position or unlimited)
+    assert graph.limits("J", 1) == (velocity or unlimited)
+
+
+def test_a_limit_open_at_one_end_comes_back_from_a_urdf(tmp_path: Path) -> None:
+    legs = parakin.load("gough-stewart").model_copy(
+        update={"limits": {"P1": (-math.inf, 0.5), "P2": (0.1, 0.6), "P2.velocity": (-0.4, 0.4)}}
+    )
+    parakin.export(legs, tmp_path / "legs.urdf")
+    graph = graph_of(parakin.load(tmp_path / "legs.urdf", loops=tmp_path / "legs.loops.yaml"))
+    assert graph.limits("P1") == (-math.inf, 0.5)
+    assert graph.limits("P2") == (0.1, 0.6)
+    assert graph.limits("P2", 1) == (-0.4, 0.4)

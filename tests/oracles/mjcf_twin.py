@@ -206,7 +206,7 @@ def _compare_limits(twin: Twin) -> None:
         if number is None:
             continue
         driven |= {graph.coordinates[number].name} if j in moved else set()
-        limits = graph.coordinates[number].limits
+        limits = graph.limits(graph.coordinates[number].name)
         expected = tuple(model.jnt_range[j]) if model.jnt_limited[j] else (-math.inf, math.inf)
         if graph.joints[graph.coordinates[number].joint].kind == "helical":
             assert limits[0] >= expected[0] - SAME, "a lost limit"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 
@@ -70,7 +71,7 @@ def mechanism_of(
             for coordinate, value in zip(_coordinates(link, title), link.values, strict=True)
         }
         | _pose_values(pose),
-        limits=_limits(titled) | _pose_limits(pose),
+        limits=_limits(titled) | _pose_limits(pose) | _speeds(titled),
         origin=origin,
     )
 
@@ -173,6 +174,16 @@ def _limits(titled: Sequence[tuple[Link, str]]) -> dict[str, Range]:
         for link, title in titled
         for coordinate, limits in zip(_coordinates(link, title), link.limits, strict=False)
         if limits is not None
+    }
+
+
+def _speeds(titled: Sequence[tuple[Link, str]]) -> dict[str, Range]:
+    """Limits of velocities, by their names."""
+    return {
+        f"{coordinate}.velocity": (-speed, speed)
+        for link, title in titled
+        for coordinate, speed in zip(_coordinates(link, title), link.speeds, strict=False)
+        if speed < math.inf
     }
 
 

@@ -37,7 +37,8 @@ class Link:
     """A joint in such a file: frame `F` on its parent and `M` on its child, which coincide when
     its coordinates are zero.
 
-    values: its coordinates in the file's own pose [m, rad]. limits: their ranges, if there are any.
+    values: its coordinates in the file's own pose [m, rad]. limits: their ranges, if there are any;
+    speeds: their greatest speeds.
     actuated: whether a motor moves it, or which of its coordinates, the first being 1. place: where
     in the file it is told, for messages. A screw is the coupling of a hinge, its parent, and a
     slide, its child, which stands at `advance` [m] plus `pitch` [m/rad] times the hinge's angle.
@@ -51,6 +52,7 @@ class Link:
     M: Pose[float] = IDENTITY_POSE
     values: tuple[float, ...] = ()
     limits: tuple[Range | None, ...] = ()
+    speeds: tuple[float, ...] = ()
     actuated: bool | tuple[int, ...] = False
     pitch: float = 0.0
     advance: float = 0.0
@@ -128,6 +130,7 @@ def _screw(hinge: Link, slide: Link, screw: Link, place: str) -> Link | None:
         F=F,
         M=M @ moved(True, -advance),
         limits=_limits_of_screw(hinge, slide, pitch, advance, place),
+        speeds=_speeds_of_screw(hinge, slide, pitch),
         actuated=bool(hinge.actuated or slide.actuated),
         pitch=2 * math.pi * pitch,
     )
@@ -150,6 +153,12 @@ def _limits_of_screw(
         found = f"limits of {hinge.name!r} and {slide.name!r} that exclude each other"
         raise InputError(place, found, "limits that both can be within")
     return ((low, high),)
+
+
+def _speeds_of_screw(hinge: Link, slide: Link, pitch: float) -> tuple[float, ...]:
+    """The greatest speed of the hinge that both allow."""
+    known = [*hinge.speeds, *(speed / abs(pitch) for speed in slide.speeds)]
+    return (min(known),) if known else ()
 
 
 def _negated(slide: Link) -> Link:
@@ -303,6 +312,7 @@ def _joint_of(chain: Sequence[Link]) -> Link | None:
                 at.inverse @ (F @ Pose(tail, ZERO)),
                 tuple(value for link in chain for value in link.values),
                 _limits_of_chain(chain),
+                _speeds_of_chain(chain),
                 _actuated_of_chain(chain),
                 angles=tuple(angles),
             )
@@ -312,6 +322,11 @@ def _joint_of(chain: Sequence[Link]) -> Link | None:
 def _limits_of_chain(chain: Sequence[Link]) -> tuple[Range | None, ...]:
     limits = tuple(link.limits[0] if link.limits else None for link in chain)
     return limits if any(limits) else ()
+
+
+def _speeds_of_chain(chain: Sequence[Link]) -> tuple[float, ...]:
+    speeds = tuple(link.speeds[0] if link.speeds else math.inf for link in chain)
+    return speeds if min(speeds) < math.inf else ()
 
 
 def _actuated_of_chain(chain: Sequence[Link]) -> bool | tuple[int, ...]:

@@ -189,7 +189,7 @@ class _Model:
             here,
             (float(pose[k]),),
             ((low, high),) if limited and low < high else (),
-            name in self.actuated,
+            actuated=name in self.actuated,
             place=place,
         )
 

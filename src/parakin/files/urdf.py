@@ -88,7 +88,7 @@ _KINDS = {
     "ball": "spherical",
 }
 _FREEDOMS = {"revolute": 1, "prismatic": 1, "free": 6, "planar": 3, "spherical": 3, "universal": 2}
-_UNBOUNDED = 1000.0  # [m]: a slide must have limits in URDF; these mean that it has none
+_UNBOUNDED = 1000.0  # [m, rad, per s]: URDF must have limits; from here on they mean none
 _ROUNDED = 1e-3  # how far a quaternion's length may be from 1
 _TREE = (
     "Read from a URDF without loops: an open tree. If the robot has loops, name the file that "
@@ -178,6 +178,7 @@ def _joints(
                 name, kind, parent, child, F, M,
                 (0.0,) * _FREEDOMS.get(kind, 0),
                 _limits(element, kind, place),
+                _speeds(element, kind, place),
                 _independent(element, place),
                 place=place,
             )
@@ -313,9 +314,21 @@ def _limits(element: _Element, kind: str, place: str) -> tuple[Range, ...]:
     )
     if low > high or (low == high and low != 0):
         raise InputError(f"{place}: limit", f"{low:g} to {high:g}", "lower below upper")
-    if kind == "prismatic" and max(-low, high) >= _UNBOUNDED:
+    low = low if low > -_UNBOUNDED else -math.inf
+    high = high if high < _UNBOUNDED else math.inf
+    limited = low < high and (math.isfinite(low) or math.isfinite(high))
+    return ((low, high),) if limited else ()
+
+
+def _speeds(element: _Element, kind: str, place: str) -> tuple[float, ...]:
+    """A hinge's or slide's greatest speed; 0, as where none is told, is none."""
+    limit = element.find("limit")
+    if limit is None or _FREEDOMS.get(kind) != 1:
         return ()
-    return ((low, high),) if low < high else ()
+    (speed,) = numbers(limit.get("velocity"), 1, (0.0,), f"{place}: velocity")
+    if speed < 0.0:
+        raise InputError(f"{place}: velocity", f"{speed:g}", "a speed of 0 or more")
+    return (speed,) if 0.0 < speed < _UNBOUNDED else ()
 
 
 def _loops(root: _Element, names: Sequence[str], origin: str) -> list[Link]:
