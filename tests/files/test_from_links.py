@@ -80,7 +80,7 @@ def test_a_screw_alone_and_a_loop_of_screws() -> None:
         Link("s2", "prismatic", "b", "rod", values=(0.0,)),
     ]
     second = Link("c2", "screw", "h2", "s2", pitch=0.2)
-    with pytest.raises(InputError, match="file: h2: found a loop of screws alone"):
+    with pytest.raises(InputError, match=r"file: joints\.h2: found a loop of helical joints alone"):
         mechanism_of("m", WORLD, [*bodies, "b"], [*links, *more], [coupling, second], "file", "")
 
 

@@ -75,7 +75,7 @@ def judge_mjcf(seed: int, folder: Path) -> str:
 def judge_rigid(found: InputError, path: Path) -> str:
     """What chance makes of a sound model, and is refused with its place: nothing that moves."""
     assert str(path) in found.place, str(found)
-    for said in ("one rigid body", "no joints that move", "already rigid", "screws alone"):
+    for said in ("one rigid body", "no joints that move", "already rigid", "helical joints alone"):
         if said in str(found):
             told = ", line" in found.place or ".yaml: clos" in found.place
             assert told or "no joints" in said, str(found)

@@ -51,7 +51,6 @@ def mechanism_of(
         raise InputError(
             origin, "no joints that move", "at least one hinge, slide or other moving joint"
         )
-    _check_screws(joints, origin)
     names = _body_names(base, bodies, [*joints, *([pose] if pose else [])], owner)
     used = {} if pose is None else {"platform": ""}  # the pose's own name
     titled = [(link, _fit(link.name, used)) for link in joints]
@@ -74,24 +73,6 @@ def mechanism_of(
         limits=_limits(titled) | _pose_limits(pose) | _speeds(titled),
         origin=origin,
     )
-
-
-def _check_screws(joints: Sequence[Link], origin: str) -> None:
-    """Raises InputError on loops of screws alone: some joint has to close them, and none can."""
-    group: dict[str, str] = {}
-
-    def first(body: str) -> str:
-        while body in group:
-            body = group[body]
-        return body
-
-    for link in joints:
-        if not link.pitch:
-            continue
-        a, b = first(link.parent), first(link.child)
-        if a == b:
-            raise InputError(link.where(origin), "a loop of screws alone", "another joint in it")
-        group[b] = a
 
 
 def _body_names(

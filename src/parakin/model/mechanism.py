@@ -292,8 +292,30 @@ def _check_names(mechanism: Mechanism) -> None:
                 )
         if joint.parent == joint.child:
             raise InputError(place, f"{joint.parent!r} joined to itself", "two different bodies")
+    _check_screws(mechanism)
     _check_platform(mechanism, bodies)
     _check_connected(mechanism, bodies)
+
+
+def _check_screws(mechanism: Mechanism) -> None:
+    """Raises InputError on a loop of helical joints alone: some joint has to close it, and none of
+    these can, as it would have to know how often it has turned.
+    """
+    group: dict[str, str] = {}
+
+    def first(body: str) -> str:
+        while body in group:
+            body = group[body]
+        return body
+
+    for joint in mechanism.joints:
+        if joint.kind != "helical":
+            continue
+        a, b = first(joint.parent), first(joint.child)
+        if a == b:
+            place = f"{mechanism.where}: joints.{joint.name}"
+            raise InputError(place, "a loop of helical joints alone", "another kind in every loop")
+        group[b] = a
 
 
 def _check_platform(mechanism: Mechanism, bodies: set[str]) -> None:
