@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
+import copyreg
 import difflib
 import errno
 import os
 from collections.abc import Iterable
+from typing import Any
 
 _NAMES = 40  # listed in a message
 _LENGTH = 1000  # of each part of a message
 
 
 class ParakinError(Exception):
-    """Anything that parakin refuses or cannot do; the command line prints it and exits with 2."""
+    """Anything that parakin refuses or cannot do; the command line prints it and exits with 2.
+
+    It survives pickling and copying: an error that cannot be unpickled hangs a pool of processes.
+    """
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Built without __init__, whatever arguments that of a subclass takes. A cause goes along
+        # if it is one of ours: others may be impossible to unpickle.
+        kept = {**self.__dict__, "__suppress_context__": self.__suppress_context__}
+        if isinstance(self.__cause__, ParakinError):
+            kept["__cause__"] = self.__cause__
+        return copyreg.__newobj__, (type(self), *self.args), kept  # type: ignore[attr-defined]
 
 
 class InputError(ParakinError):

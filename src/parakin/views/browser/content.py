@@ -8,13 +8,13 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from parakin.algebra.spatial import as_array
+from parakin.caching import cached_property
 from parakin.errors import InputError, ParakinError
 from parakin.files.parsing import read_bytes
 from parakin.files.reading import catalogue, load
