@@ -89,6 +89,8 @@ def _view(options: argparse.Namespace) -> int:
         exposed = exposure(options.host)
         if exposed:
             screen.print(exposed, style="bold yellow", markup=False)
+        for finding in content.findings(viewer.first):
+            console(stderr=True, width=WIDE).print(finding, style="bold yellow", markup=False)
         screen.print(f"{options.mechanism} at {viewer.url} (Ctrl-C ends)", markup=False)
         sys.stdout.flush()
         while True:

@@ -149,6 +149,28 @@ class Content:
             return found, ""
         return found, f"Not read because not named with --mesh: {', '.join(skipped)}"
 
+    def findings(self, loaded: LoadedMechanism) -> list[str]:
+        """What of the first mechanism, and of the files named at start-up, cannot be shown."""
+        found = [loaded.problem] if loaded.problem else []
+        for motion in self.motions:
+            try:
+                if loaded.solver is not None:
+                    loaded.solver.motion(motion)
+            except ParakinError as error:
+                found.append(str(error))
+        folder = Path(loaded.mechanism.origin or ".").parent
+        used = {(folder / b.mesh.file).resolve() for b in loaded.mechanism.bodies if b.mesh}
+        for mesh in self.meshes:
+            try:
+                read_mesh(Path(mesh))
+            except InputError as error:
+                found.append(str(error))
+                continue
+            if Path(mesh).resolve() not in used:
+                unused = InputError("--mesh", repr(mesh), "a file that the mechanism names")
+                found.append(str(unused))
+        return found
+
     def playback(self, loaded: LoadedMechanism, motion: str) -> Playback:
         """Solve one of the mechanism's motions. Raises InputError."""
         if loaded.solver is None or motion not in loaded.motions:
