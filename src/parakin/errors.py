@@ -80,7 +80,14 @@ def reason(error: Exception) -> str:
     return (error.strerror or str(error)).lower()
 
 
+def printable(text: str) -> str:
+    """`text` on one line that can be encoded, whatever it quotes: names of files are not always
+    UTF-8.
+    """
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
 def _line(text: str) -> str:
-    """`text` on one line of bounded length, whatever it quotes."""
-    text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text[:_LENGTH])
+    """`text` on one line of bounded length."""
+    text = printable(text[:_LENGTH])
     return text if len(text) < _LENGTH else f"{text[: _LENGTH - 3]}..."

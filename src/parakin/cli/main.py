@@ -12,7 +12,7 @@ from contextlib import suppress
 from parakin.cli.grammar import parser
 from parakin.cli.inputs import check_outputs, load_mechanism, parameters
 from parakin.cli.streams import WIDE, console, flushed_stdout, say
-from parakin.errors import InputError, ParakinError
+from parakin.errors import InputError, ParakinError, printable
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -21,7 +21,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with flushed_stdout():
             options = parser().parse_args(arguments)
         typed = sys.argv[1:] if arguments is None else arguments
-        options.typed = shlex.join(["parakin", *typed])
+        options.typed = printable(shlex.join(["parakin", *typed]))
         return _command(options)
     except ParakinError as error:
         screen = console(stderr=True)

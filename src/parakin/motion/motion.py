@@ -15,6 +15,7 @@ import numpy as np
 
 from parakin.arrays import FloatArray
 from parakin.errors import InputError, nearest
+from parakin.model.validation import refuse_control
 from parakin.motion.checks import refuse_repeated
 
 MAX_SAMPLES = 10**9
@@ -48,7 +49,8 @@ class Motion:
     motion takes no memory. derivatives: where velocity and acceleration come from. between:
     gives the motion at any times (n,) [s], if known; otherwise it is the quintic from sample to
     sample that keeps their derivatives. knots: [s] between which it is smooth, from first to
-    last. period: the shortest time [s] in which it changes.
+    last. period: the shortest time [s] in which it changes. Raises InputError on control characters
+    in its name.
     """
 
     name: str
@@ -59,6 +61,9 @@ class Motion:
     between: Callable[[FloatArray], Samples] | None = None
     knots: tuple[float, ...] = ()
     period: float = np.inf
+
+    def __post_init__(self) -> None:
+        refuse_control(self.name, "motion")
 
     def samples(self) -> Samples:
         """All samples at once."""

@@ -119,7 +119,7 @@ def test_another_address_says_what_it_exposes() -> None:
     ("arguments", "said"),
     [
         (["no-such-motion.toml"], "no-such-motion.toml: found no such file or directory"),
-        (["bad.csv"], "bad.csv: found an empty file"),
+        (["bad.csv"], "bad.csv: found no text"),
         (["--mesh", "no-such.stl"], "no-such.stl: found no such file or directory"),
         (["--mesh", "empty.stl"], "empty.stl: found no triangles"),
     ],
