@@ -11,27 +11,28 @@ from contextlib import suppress
 
 from parakin.cli.grammar import parser
 from parakin.cli.inputs import check_outputs, load_mechanism, parameters
-from parakin.cli.streams import WIDE, console, flushed_stdout, say
+from parakin.cli.streams import WIDE, console, flushed_stdout, hold_closed, say, tell
 from parakin.errors import InputError, ParakinError, printable
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command. Returns the exit code: 0 done, 1 some samples flagged, 2 bad input."""
     try:
+        hold_closed()
         with flushed_stdout():
             options = parser().parse_args(arguments)
         typed = sys.argv[1:] if arguments is None else arguments
         options.typed = printable(shlex.join(["parakin", *typed]))
         return _command(options)
     except ParakinError as error:
-        screen = console(stderr=True)
-        screen.print("error:", style="bold red", end=" ")
-        screen.print(str(error), markup=False)
+        from rich.text import Text
+
+        tell(Text.assemble(("error:", "bold red"), " ", str(error)))
         return 2
     except BrokenPipeError:  # the reader of stdout has gone, as `head` does: not an error
         return 0
     except KeyboardInterrupt:
-        console(stderr=True).print("stopped", style="bold red")
+        tell("stopped", style="bold red")
         return 130
 
 
@@ -89,8 +90,7 @@ def _view(options: argparse.Namespace) -> int:
         exposed = exposure(options.host)
         if exposed:
             screen.print(exposed, style="bold yellow", markup=False)
-        for finding in content.findings(viewer.first):
-            console(stderr=True, width=WIDE).print(finding, style="bold yellow", markup=False)
+        tell(*content.findings(viewer.first), style="bold yellow")
         screen.print(f"{options.mechanism} at {viewer.url} (Ctrl-C ends)", markup=False)
         sys.stdout.flush()
         while True:
