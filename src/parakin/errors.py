@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copyreg
-import difflib
 import errno
 import os
 from collections.abc import Iterable
@@ -56,6 +55,8 @@ class NotSolvedError(ParakinError):
 
 def nearest(name: str, known: Iterable[str]) -> str:
     """The names that exist, and the one that `name` may have meant, to end a message."""
+    import difflib  # here, as it takes long to import
+
     names = sorted(known)
     if not names:
         return "no name, as none are defined"

@@ -17,6 +17,12 @@ from parakin.solving.charts import layout_of
 from parakin.solving.solver import Solver
 from parakin.solving.status import LOCKED, RESIDUAL, SINGULAR, TURNS
 
+_STRICT = """#if defined(__FAST_MATH__) || defined(_M_FP_FAST) || \\
+    (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+#error "-ffast-math takes NaN for a number: compile this file without it"
+#endif
+"""
+
 
 def kernel(solver: Solver, names: Names) -> str:
     """The text of the kernel."""
@@ -42,6 +48,7 @@ class _Kernel:
         stem = self.names.stem
         head = (
             f'/* {stem}.c: see {stem}.h. {MADE_BY} */\n#include "{stem}.h"\n\n#include <math.h>\n'
+            f"\n{_STRICT}"
         )
         return "\n".join([head, *self._functions(), *self._tables(), self._home(), self._solve()])
 
