@@ -104,6 +104,7 @@ def _view(options: argparse.Namespace) -> int:
     served = False
     try:
         with serving(content, options.host, options.port) as viewer, flushed_stdout():
+            served = True
             screen = console(width=WIDE)
             exposed = exposure(options.host)
             if exposed:
@@ -111,7 +112,6 @@ def _view(options: argparse.Namespace) -> int:
             tell(*content.findings(viewer.first), style="bold yellow")
             screen.print(f"{options.mechanism} at {viewer.url} (Ctrl-C ends)", markup=False)
             sys.stdout.flush()
-            served = True
             while True:
                 time.sleep(3600)
     except KeyboardInterrupt:
