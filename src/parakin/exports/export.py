@@ -66,6 +66,6 @@ def export(mechanism: Mechanism, path: Path, driven: Sequence[str] | None = None
 def _write(texts: Mapping[Path, str]) -> None:
     with ExitStack() as stack:
         for path, text in texts.items():
+            temporary = stack.enter_context(replacing(path))
             # C includes a file by its name, which need not be UTF-8.
-            data = text.encode("utf-8", "surrogateescape")
-            stack.enter_context(replacing(path)).write_bytes(data)
+            temporary.write_text(text, "utf-8", "surrogateescape", newline="\n")
