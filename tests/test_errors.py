@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import copy
 import errno
+import pickle
+from collections.abc import Callable
 
 import pytest
 
+import parakin
 from parakin.errors import InputError, ParakinError, nearest, not_installed, reason
 
 
@@ -61,3 +65,58 @@ def test_a_missing_library_comes_with_how_to_install_it() -> None:
     assert str(error) == (
         "x.xml: found mujoco is not installed; expected pip install 'parakin[exchange]'"
     )
+
+
+class _StrangeError(InputError):
+    """A subclass whose arguments are its own."""
+
+    def __init__(self, number: int, *, unit: str) -> None:
+        self.number = number
+        super().__init__("number", f"{number} {unit}", "another")
+
+
+def _each() -> list[ParakinError]:
+    known = [kind("what happened") for kind in _kinds(ParakinError) if kind.__init__ is _plain]
+    return [*known, InputError("a", "b\n" * 999, "c").within("d"), _StrangeError(3, unit="mm")]
+
+
+_plain = ParakinError.__init__
+
+
+def _kinds(kind: type[ParakinError]) -> list[type[ParakinError]]:
+    return [kind, *(k for below in kind.__subclasses__() for k in _kinds(below))]
+
+
+WAYS = [copy.copy, copy.deepcopy] + [
+    (lambda error, n=n: pickle.loads(pickle.dumps(error, n)))
+    for n in range(pickle.HIGHEST_PROTOCOL + 1)
+]
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_every_error_survives_pickling_and_copying(way: Callable[[Exception], Exception]) -> None:
+    errors = _each()
+    assert {type(error) for error in errors} == set(_kinds(ParakinError))
+    for error in errors:
+        error.add_note("a note")
+        error.__dict__["more"] = [1, 2]
+        other = way(error)
+        assert type(other) is type(error)
+        assert (str(other), other.args, other.__dict__) == (str(error), error.args, error.__dict__)
+        again = way(other)
+        assert (str(again), again.__dict__) == (str(error), error.__dict__)
+
+
+def test_what_an_error_follows_from_goes_along_unless_it_could_hang_the_receiver() -> None:
+    class UnsendableError(Exception):
+        def __reduce__(self) -> str:
+            raise TypeError("cannot be pickled")
+
+    for cause in (parakin.AssemblyError("open"), UnsendableError(), None):
+        try:
+            raise InputError("a", "b", "c") from cause
+        except InputError as error:
+            other = pickle.loads(pickle.dumps(error))
+        assert other.__suppress_context__
+        kept = cause if isinstance(cause, ParakinError) else None
+        assert repr(other.__cause__) == repr(kept)

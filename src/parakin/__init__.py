@@ -7,8 +7,8 @@
 The packages follow the flow of the data; each imports only those listed before it (`analysis` and
 `exports` do not import each other):
 
-- `errors`, `arrays`, `notebook`, `version`: messages, types of arrays, tables in notebooks, the
-  version; all may import them
+- `errors`, `arrays`, `caching`, `notebook`, `version`: messages, types of arrays, properties worked
+  out once, tables in notebooks, the version; all may import them
 - `algebra`: vectors, rotations, dual numbers, small linear systems, on any scalar
 - `model`: the user's description of a mechanism, and its numerical form
 - `motion`: what drives a mechanism over time

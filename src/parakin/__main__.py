@@ -2,6 +2,10 @@
 
 import sys
 
-from parakin.cli.main import main
+try:
+    from parakin.cli.main import main
 
-sys.exit(main())
+    code = main()
+except KeyboardInterrupt:  # before it is heard
+    code = 130
+sys.exit(code)

@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
-import difflib
+import copyreg
 import errno
 import os
 from collections.abc import Iterable
+from typing import Any
 
 _NAMES = 40  # listed in a message
 _LENGTH = 1000  # of each part of a message
 
 
 class ParakinError(Exception):
-    """Anything that parakin refuses or cannot do; the command line prints it and exits with 2."""
+    """Anything that parakin refuses or cannot do; the command line prints it and exits with 2.
+
+    It survives pickling and copying: an error that cannot be unpickled hangs a pool of processes.
+    """
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Built without __init__, whatever arguments that of a subclass takes. A cause goes along
+        # if it is one of ours: others may be impossible to unpickle.
+        kept = {**self.__dict__, "__suppress_context__": self.__suppress_context__}
+        if isinstance(self.__cause__, ParakinError):
+            kept["__cause__"] = self.__cause__
+        return copyreg.__newobj__, (type(self), *self.args), kept  # type: ignore[attr-defined]
 
 
 class InputError(ParakinError):
@@ -43,6 +55,8 @@ class NotSolvedError(ParakinError):
 
 def nearest(name: str, known: Iterable[str]) -> str:
     """The names that exist, and the one that `name` may have meant, to end a message."""
+    import difflib  # here, as it takes long to import
+
     names = sorted(known)
     if not names:
         return "no name, as none are defined"
@@ -67,7 +81,14 @@ def reason(error: Exception) -> str:
     return (error.strerror or str(error)).lower()
 
 
+def printable(text: str) -> str:
+    """`text` on one line that can be encoded, whatever it quotes: names of files are not always
+    UTF-8.
+    """
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
 def _line(text: str) -> str:
-    """`text` on one line of bounded length, whatever it quotes."""
-    text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text[:_LENGTH])
+    """`text` on one line of bounded length."""
+    text = printable(text[:_LENGTH])
     return text if len(text) < _LENGTH else f"{text[: _LENGTH - 3]}..."

@@ -104,3 +104,46 @@ def test_a_reader_that_leaves_early_is_no_mistake() -> None:
     assert done.stdout.startswith("time,A1.position,")
     assert done.stdout.count("\n") == 1
     assert done.stderr == ""
+
+
+COMMANDS = [
+    ("solve linkage.toml motion.toml", 0),
+    ("solve linkage.toml motion.toml -o x.csv --singularities", 0),
+    ("report linkage.toml motion.toml -o x.html", 0),
+    ("plot linkage.toml motion.toml -o x.png", 0),
+    ("film linkage.toml motion.toml -o x.mp4", 0),
+    ("check linkage.toml", 0),
+    ("check nothing", 2),
+    ("view nothing", 2),
+    ("nothing", 2),
+]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
+@pytest.mark.parametrize("stderr", ["2>/dev/full", "2>&-", "0<&- 2>&-", "0<&- >&- 2>&-"])
+@pytest.mark.parametrize(("command", "expected"), COMMANDS)
+def test_a_stderr_that_takes_nothing_changes_no_exit_code(
+    command: str, expected: int, stderr: str, linkage_folder: Path
+) -> None:
+    line = f"{sys.executable} -m parakin {command} {stderr}"
+    done = subprocess.run(["bash", "-c", line], timeout=600, check=False, stdout=subprocess.DEVNULL)
+    assert done.returncode == expected
+    output = Path(command.rsplit(maxsplit=1)[-1])
+    if output.name.startswith("x."):
+        assert output.stat().st_size
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
+def test_neither_takes_anything() -> None:
+    for command, expected in (("check linkage.toml", 2), ("solve linkage.toml motion.toml", 0)):
+        line = f"{sys.executable} -m parakin {command} >/dev/full 2>/dev/full"
+        assert subprocess.run(["bash", "-c", line], timeout=600, check=False).returncode == expected
+
+
+def test_no_file_takes_the_number_of_a_closed_stream() -> None:
+    told = (
+        "import os\nfrom parakin.cli.main import main\nmain(['nothing'])\n"
+        "assert os.open('free', os.O_CREAT) > 2"
+    )
+    line = f'{sys.executable} -c "{told}" 0<&- >&- 2>&-'
+    assert subprocess.run(["bash", "-c", line], timeout=600, check=False).returncode == 0

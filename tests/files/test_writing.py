@@ -87,24 +87,36 @@ def test_a_device_is_never_replaced(refusal: Refusal) -> None:
 
 LIMITED = """
 import resource, sys
-import parakin.solving.compiler
+import parakin.solving.recipes
 from parakin.cli.main import main
 
 # heyoka keeps what it compiles on disk too: not in here
-parakin.solving.compiler.has_machine_code = lambda: False
+parakin.solving.recipes.has_machine_code = lambda: False
 resource.setrlimit(resource.RLIMIT_FSIZE, (9000, 9000))
 sys.exit(main())
 """
 
 
-@pytest.mark.parametrize("option", ["-o old.csv", "-o old.nc", "-o old.parquet", "--plot old.png"])
+@pytest.mark.parametrize(
+    "command",
+    [
+        *(f"solve flight-simulator general -o old.{suffix}" for suffix in ("csv", "nc", "parquet")),
+        *(f"plot flight-simulator general -o old.{suffix}" for suffix in ("png", "svg", "pdf")),
+        *(f"film linkage.toml motion.toml -o old.{suffix}" for suffix in ("gif", "mp4")),
+        *(f"draw flight-simulator -o old.{suffix}" for suffix in ("png", "svg", "pdf")),
+        "report linkage.toml motion.toml -o old.html",
+        "export flight-simulator old.c",
+        "export gough-stewart old.xml",
+        "export gough-stewart old.urdf",
+    ],
+)
 def test_a_disk_that_fills_up_leaves_the_old_file_and_no_other(
-    option: str, linkage_folder: Path
+    command: str, linkage_folder: Path
 ) -> None:
+    name = command.rsplit(maxsplit=1)[-1]
+    Path(name).write_text("old")
     before = contents(linkage_folder)
-    name = option.split()[1]
-    solve = ("solve", "flight-simulator", "general", *option.split())
-    code, err = in_a_process(*solve, start=("-c", LIMITED))
+    code, err = in_a_process(*command.split(), start=("-c", LIMITED))
     said = f"error: {name}: found file too large; expected a file that can be written\n"
     assert (code, err) == (2, said)
     assert contents(linkage_folder) == before

@@ -18,7 +18,7 @@ _EPILOG = """examples:
   parakin view flight-simulator
   parakin report flight-simulator general -o general.html
 
-exit codes: 0 done, 1 some samples are flagged, 2 bad input"""
+exit codes: 0 done, 1 some samples are flagged, 2 bad input, 130 stopped by Ctrl-C"""
 
 
 class _Parser(argparse.ArgumentParser):

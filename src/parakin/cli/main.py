@@ -2,37 +2,53 @@
 
 from __future__ import annotations
 
-import argparse
 import shlex
 import sys
 import time
 from collections.abc import Sequence
-from contextlib import suppress
+from typing import TYPE_CHECKING
 
-from parakin.cli.grammar import parser
-from parakin.cli.inputs import check_outputs, load_mechanism, parameters
-from parakin.cli.streams import WIDE, console, flushed_stdout, say
-from parakin.errors import InputError, ParakinError
+from parakin.cli.interrupts import Interrupts
+from parakin.cli.streams import WIDE, console, flushed_stdout, hold_closed, say, tell
+from parakin.errors import InputError, ParakinError, printable
+
+if TYPE_CHECKING:
+    import argparse
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command. Returns the exit code: 0 done, 1 some samples flagged, 2 bad input."""
+    """Run one command. Returns the exit code: 0 done, 1 some samples flagged, 2 bad input, 130
+    stopped by Ctrl-C.
+    """
+    with Interrupts(last=arguments is None) as interrupts:
+        try:
+            return _run(arguments)
+        except Exception:
+            if not interrupts.came:
+                raise
+        except KeyboardInterrupt:
+            pass
+    tell("stopped", style="bold red")
+    return 130
+
+
+def _run(arguments: Sequence[str] | None) -> int:
     try:
+        from parakin.cli.grammar import parser
+
+        hold_closed()
         with flushed_stdout():
             options = parser().parse_args(arguments)
         typed = sys.argv[1:] if arguments is None else arguments
-        options.typed = shlex.join(["parakin", *typed])
+        options.typed = printable(shlex.join(["parakin", *typed]))
         return _command(options)
     except ParakinError as error:
-        screen = console(stderr=True)
-        screen.print("error:", style="bold red", end=" ")
-        screen.print(str(error), markup=False)
+        from rich.text import Text
+
+        tell(Text.assemble(("error:", "bold red"), " ", str(error)))
         return 2
     except BrokenPipeError:  # the reader of stdout has gone, as `head` does: not an error
         return 0
-    except KeyboardInterrupt:
-        console(stderr=True).print("stopped", style="bold red")
-        return 130
 
 
 def _command(options: argparse.Namespace) -> int:
@@ -63,6 +79,7 @@ def _list(_: argparse.Namespace) -> int:
 
 
 def _export(options: argparse.Namespace) -> int:
+    from parakin.cli.inputs import check_outputs, load_mechanism
     from parakin.exports.export import check_export, export
 
     check_outputs(options, check_export(options.output))
@@ -73,6 +90,7 @@ def _export(options: argparse.Namespace) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
+    from parakin.cli.inputs import parameters
     from parakin.views.browser.content import Content
     from parakin.views.browser.viewer import exposure, serving
 
@@ -83,21 +101,28 @@ def _view(options: argparse.Namespace) -> int:
         tuple(options.motions),
         tuple(options.mesh),
     )
-    ends = suppress(KeyboardInterrupt)  # the usual way to end it
-    with serving(content, options.host, options.port) as viewer, ends, flushed_stdout():
-        screen = console(width=WIDE)
-        exposed = exposure(options.host)
-        if exposed:
-            screen.print(exposed, style="bold yellow", markup=False)
-        screen.print(f"{options.mechanism} at {viewer.url} (Ctrl-C ends)", markup=False)
-        sys.stdout.flush()
-        while True:
-            time.sleep(3600)
-    return 0
+    served = False
+    try:
+        with serving(content, options.host, options.port) as viewer, flushed_stdout():
+            served = True
+            screen = console(width=WIDE)
+            exposed = exposure(options.host)
+            if exposed:
+                screen.print(exposed, style="bold yellow", markup=False)
+            tell(*content.findings(viewer.first), style="bold yellow")
+            screen.print(f"{options.mechanism} at {viewer.url} (Ctrl-C ends)", markup=False)
+            sys.stdout.flush()
+            while True:
+                time.sleep(3600)
+    except KeyboardInterrupt:
+        if not served:
+            raise
+    return 0  # Ctrl-C is the usual way to end it
 
 
 def _check(options: argparse.Namespace) -> int:
     from parakin.analysis.diagnosis import diagnosis
+    from parakin.cli.inputs import load_mechanism, parameters
     from parakin.files.reading import expanded
     from parakin.views.text import mechanism_report
 
@@ -114,6 +139,7 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _modes(options: argparse.Namespace) -> int:
+    from parakin.cli.inputs import load_mechanism, parameters
     from parakin.model.expressions import Parameters
     from parakin.solving.compiler import compile as compile_mechanism
     from parakin.solving.modes import modes
@@ -137,6 +163,7 @@ def _modes(options: argparse.Namespace) -> int:
 
 
 def _draw(options: argparse.Namespace) -> int:
+    from parakin.cli.inputs import check_outputs, load_mechanism
     from parakin.verbs import draw
     from parakin.views.scheme.scheme import check_scheme
 

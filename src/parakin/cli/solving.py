@@ -14,7 +14,7 @@ from rich.console import RenderableType
 
 from parakin.cli.inputs import check_outputs, load_mechanism
 from parakin.cli.run import Run
-from parakin.cli.streams import WIDE, console, flushed_stdout, say
+from parakin.cli.streams import WIDE, console, flushed_stdout, say, tell
 from parakin.errors import InputError
 from parakin.files import datasets
 from parakin.motion.motion import Motion
@@ -52,13 +52,12 @@ def solve(options: argparse.Namespace) -> int:
     title = f"{mechanism.name}, {motion.name}: {mechanism.title or 'a mechanism'}"
     if pictured:
         _draw_pictures(solver, run.picture(), title, options, plotted)
-    screen = console(stderr=True, width=WIDE)
-    screen.print(title, style="bold", markup=False)
-    screen.print(solve_report(last, extremes, run.seconds))
+    tell(title, style="bold")
+    tell(solve_report(last, extremes, run.seconds))
     if options.singularities:
-        screen.print(_singularities(solver, motion, run.picture()))
+        tell(_singularities(solver, motion, run.picture()))
     if written:
-        screen.print(f"wrote {', '.join(map(str, written))}", markup=False)
+        tell(f"wrote {', '.join(map(str, written))}")
     return 1 if extremes.first_flag is not None else 0
 
 
@@ -145,6 +144,6 @@ def report(options: argparse.Namespace) -> int:
     reports.write(page, options.output)
     flagged = flag_words(extremes)
     if flagged:
-        screen.print(flagged, style="bold red", markup=False)
+        tell(flagged, style="bold red")
     say(f"wrote {options.output}")
     return 1 if flagged else 0

@@ -6,7 +6,7 @@ import io
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
 from parakin.errors import InputError, reason
@@ -36,6 +36,17 @@ def flushed_stdout() -> Iterator[None]:
         ) from None
 
 
+def hold_closed() -> None:
+    """Open what is closed of the three standard streams to nothing: files opened later would take
+    their numbers, and get what libraries print.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+
+
 def console(*, stderr: bool = False, width: int | None = None) -> Console:
     """A console that obeys NO_COLOR, `width` columns wide, by default as the terminal."""
     from rich.console import Console
@@ -58,3 +69,18 @@ def say(what: RenderableType) -> None:
 
     with flushed_stdout():
         console(width=WIDE).print(Text(what) if isinstance(what, str) else what)
+
+
+def tell(*what: RenderableType, style: str = "") -> None:
+    """Print on stderr, strings without markup. If it takes no more, that changes no exit code."""
+    from rich.text import Text
+
+    try:
+        for each in what:
+            shown = Text(each, style) if isinstance(each, str) else each
+            console(stderr=True, width=WIDE).print(shown)
+        if sys.stderr is not None:
+            sys.stderr.flush()
+    except OSError:
+        with suppress(OSError, ValueError), open(os.devnull, "w") as nothing:
+            os.dup2(nothing.fileno(), sys.stderr.fileno())  # for Python's own flush at exit

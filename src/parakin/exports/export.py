@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -25,6 +26,9 @@ def check_export(path: Path) -> list[Path]:
         paths.append(path.with_suffix(".loops.yaml"))
     elif suffix == ".c":
         paths += [path.with_suffix(".h"), path.with_name(f"{path.stem}_test.c")]
+        if re.search(r'["\\\x00-\x1f\x7f]', path.stem):
+            expected = "a name that C can include: no quotes, backslashes or control characters"
+            raise InputError(str(path), repr(path.stem), expected)
     for each in paths:
         check_writable(each)
     return paths
@@ -62,4 +66,6 @@ def export(mechanism: Mechanism, path: Path, driven: Sequence[str] | None = None
 def _write(texts: Mapping[Path, str]) -> None:
     with ExitStack() as stack:
         for path, text in texts.items():
-            stack.enter_context(replacing(path)).write_text(text, "utf-8", newline="\n")
+            temporary = stack.enter_context(replacing(path))
+            # C includes a file by its name, which need not be UTF-8.
+            temporary.write_text(text, "utf-8", "surrogateescape", newline="\n")

@@ -11,6 +11,7 @@ import numpy as np
 
 from parakin.arrays import ORDERS
 from parakin.files.writing import check_suffix, replacing
+from parakin.model.validation import refuse_control
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -73,7 +74,17 @@ def write(windows: Iterable[xr.Dataset], path: Path) -> None:
         ".parquet": _parquet,
     }[path.suffix.lower()]
     with replacing(path) as temporary:
-        writer(windows, temporary)
+        writer(_checked(windows, path), temporary)
+
+
+def _checked(windows: Iterable[xr.Dataset], path: Path) -> Iterator[xr.Dataset]:
+    """The windows. Raises InputError on texts that no file can hold."""
+    for ds in windows:
+        for name, value in ds.attrs.items():
+            for text in (name, value):
+                if isinstance(text, str):
+                    refuse_control(text, f"{path}: attribute {name}")
+        yield ds
 
 
 def write_csv(windows: Iterable[xr.Dataset], stream: TextIO) -> None:
@@ -92,18 +103,19 @@ def _parquet(windows: Iterable[xr.Dataset], path: Path) -> None:
     import pyarrow.parquet as pq
 
     writer = None
-    try:
-        for ds in windows:
-            table = pa.Table.from_pandas(frame(ds), preserve_index=False)
-            if writer is None:
-                known = ds.attrs.items()  # but not what later windows will know better
-                meta = {k: str(v) for k, v in known if k != "stops_met"}
-                schema = table.schema.with_metadata({**(table.schema.metadata or {}), **meta})
-                writer = pq.ParquetWriter(path, schema)
-            writer.write_table(table.cast(writer.schema))
-    finally:
-        if writer is not None:
-            writer.close()
+    with path.open("wb") as stream:  # pyarrow takes no name that is not UTF-8
+        try:
+            for ds in windows:
+                table = pa.Table.from_pandas(frame(ds), preserve_index=False)
+                if writer is None:
+                    known = ds.attrs.items()  # but not what later windows will know better
+                    meta = {k: str(v) for k, v in known if k != "stops_met"}
+                    schema = table.schema.with_metadata({**(table.schema.metadata or {}), **meta})
+                    writer = pq.ParquetWriter(stream, schema)
+                writer.write_table(table.cast(writer.schema))
+        finally:
+            if writer is not None:
+                writer.close()
 
 
 def _netcdf(windows: Iterable[xr.Dataset], path: Path) -> None:

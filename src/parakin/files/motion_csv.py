@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parakin.arrays import ORDERS, FloatArray
-from parakin.errors import InputError, nearest, reason
+from parakin.errors import InputError, nearest, printable, reason
 from parakin.model.expressions import TIME, Dimension, Parameters
 from parakin.motion.motion import Motion
 from parakin.motion.sampled import from_arrays
@@ -72,7 +72,7 @@ def read_motion_csv(
     given = dict(zip(quantities, values, strict=True))
     try:
         return from_arrays(
-            path.stem,
+            printable(path.stem),
             tuple(dimensions),
             time,
             given["position"],

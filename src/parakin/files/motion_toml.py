@@ -10,7 +10,7 @@ from pydantic import Field
 from parakin.errors import InputError, nearest
 from parakin.files.parsing import flattened
 from parakin.model.expressions import ANGLE, FREQUENCY, TIME, Dimension, Parameters, Value
-from parakin.model.validation import Table, validated
+from parakin.model.validation import Table, Text, validated
 from parakin.motion.checks import SLACK, refuse_unless_positive
 from parakin.motion.laws import (
     Law,
@@ -81,7 +81,7 @@ _LawTable = Annotated[
 class _MotionTable(Table):
     duration: Value
     rate: Value = 1000.0  # samples per second
-    title: str = ""
+    title: Text = ""
     laws: dict[str, _LawTable] = Field(default_factory=dict)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import stat
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -40,10 +41,14 @@ def read_text(path: Path) -> str:
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """The bytes of a file. Raises InputError if it is missing or has more than `most`."""
+    """The bytes of a file. Raises InputError if it is missing, is none (a pipe might never end), or
+    has more than `most`.
+    """
     try:
         if path.is_dir():
             raise InputError(str(path), "a folder", "a file")
+        if not stat.S_ISREG(path.stat().st_mode):
+            raise InputError(str(path), "a special file, such as a pipe or a device", "a file")
         with path.open("rb") as file:
             data = file.read(most + 1)
     except OSError as error:

@@ -8,7 +8,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from parakin.errors import InputError, nearest
+from parakin.errors import InputError, nearest, printable
 from parakin.files.mechanism_toml import mechanism_from_table, table_at
 from parakin.files.motion_csv import read_motion_csv
 from parakin.files.motion_toml import motion_from_table
@@ -202,7 +202,7 @@ def load_motion(
             f"a file, or {nearest(motion, mechanism.motions)}",
         )
     elif path.suffix.lower() == ".toml":
-        table, name = parse_toml(read_text(path), str(path)), path.stem
+        table, name = parse_toml(read_text(path), str(path)), printable(path.stem)
         place = f"{path}: motion"
     else:
         if rate is not None:

@@ -15,6 +15,7 @@ import numpy as np
 
 from parakin.algebra.spatial import ARRAYS, FLOATS, Functions, Scalar, as_array
 from parakin.arrays import FloatArray
+from parakin.kernel.forking import in_children, no_fork
 from parakin.kernel.outputs import Outputs
 from parakin.kernel.pose import solve_pose
 from parakin.planning.plan import Plan
@@ -39,7 +40,10 @@ def _orders(outputs: Outputs) -> int:
 
 def make_kernel(plan: Plan, outputs: Outputs, *, machine_code: bool, steps: int) -> Kernel:
     """The plan as a function from arrays to arrays, with `steps` Newton steps where it iterates."""
-    return (_machine_code if machine_code else _arrays)(plan, outputs, steps)
+    if not machine_code:
+        return _arrays(plan, outputs, steps)
+    with no_fork():
+        return _machine_code(plan, outputs, steps)
 
 
 def _traced(
@@ -61,9 +65,16 @@ def _arrays(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
     return kernel
 
 
+def _on_one_core() -> None:
+    import heyoka as hy
+
+    hy.set_nthreads(1)
+
+
 def _machine_code(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
     import heyoka as hy
 
+    in_children(_on_one_core)
     hy.set_logger_level_error()  # its warnings (of a cache it cannot write) go to stdout
 
     def constant(a: Scalar) -> Scalar:
@@ -95,7 +106,10 @@ def _machine_code(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
     def kernel(inputs: FloatArray, out: FloatArray, parallel: bool) -> None:
         if inputs.ndim == 1:
             code(inputs, outputs=out)
+        elif not parallel:
+            code(inputs, outputs=out, batch_parallel=False)
         else:
-            code(inputs, outputs=out, batch_parallel=parallel)
+            with no_fork():
+                code(inputs, outputs=out, batch_parallel=True)
 
     return kernel

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TypeVar
 
 from parakin.algebra.spatial import Vector
 from parakin.arrays import IndexArray
+from parakin.caching import cached_property
 
 Places = TypeVar("Places", int, IndexArray)
 

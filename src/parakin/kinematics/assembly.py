@@ -85,9 +85,14 @@ def _closed(
 
 def assembled(graph: Graph) -> Configuration:
     """Home, closed at round-off. Raises AssemblyError."""
+    return home_of(graph, home_tree(graph))
+
+
+def home_tree(graph: Graph) -> Tree:
+    """The tree that home is found on: of joints whose values are given."""
     held = {graph.coordinates[k].joint for k in graph.home}
     guessed = {graph.coordinates[k].joint for k in (*graph.guess, *graph.stated)}
-    return home_of(graph, graph.tree(first=held, second=guessed))
+    return graph.tree(first=held, second=guessed)
 
 
 def home_of(graph: Graph, tree: Tree) -> Configuration:

@@ -15,9 +15,9 @@ import pydantic
 from pydantic import AfterValidator, BeforeValidator, StrictFloat, StrictInt
 
 from parakin import notebook
-from parakin.errors import InputError, nearest
+from parakin.errors import InputError, nearest, printable
 from parakin.model.expressions import Value, is_parameter_name
-from parakin.model.validation import Table, input_error
+from parakin.model.validation import Table, Text, input_error
 
 # And coordinates: assembly runs in plain Python, where a mechanism of more joints that does not
 # close would take minutes.
@@ -32,7 +32,7 @@ def _tupled(value: object) -> object:
 
 Triple = Annotated[tuple[Quantity, Quantity, Quantity], BeforeValidator(_tupled)]
 Turns = Annotated[tuple[tuple[Literal["x", "y", "z"], Quantity], ...], BeforeValidator(_tupled)]
-Angles = Annotated[tuple[tuple[str, Literal["x", "y", "z"]], ...], BeforeValidator(_tupled)]
+Angles = Annotated[tuple[tuple[Text, Literal["x", "y", "z"]], ...], BeforeValidator(_tupled)]
 Names = Annotated[tuple[str, ...], BeforeValidator(_tupled)]
 Range = Annotated[tuple[Quantity, Quantity], BeforeValidator(_tupled)]
 
@@ -138,7 +138,7 @@ class BodyMesh(Table):
     Raises InputError.
     """
 
-    file: Annotated[str, pydantic.Field(min_length=1, max_length=1000)]
+    file: Annotated[Text, pydantic.Field(min_length=1, max_length=1000)]
     scale: StrictFloat | StrictInt = 1.0
     on_body: Frame = Frame()
 
@@ -183,12 +183,12 @@ class Mechanism(Table):
     set_by_reader = frozenset({"origin"})
 
     name: MechanismName
-    title: str = ""
-    source: str = ""
-    notes: str = ""
+    title: Text = ""
+    source: Text = ""
+    notes: Text = ""
     up: Literal["x", "y", "z"] = "z"
     parameters: Mapping[ParameterName, Quantity] = {}
-    symbols: Mapping[str, str] = {}
+    symbols: Mapping[Text, Text] = {}
     base: Name = "base"
     bodies: Annotated[tuple[Body, ...], BeforeValidator(_tupled)]
     joints: Annotated[tuple[Joint, ...], BeforeValidator(_tupled)]
@@ -199,7 +199,7 @@ class Mechanism(Table):
     guess: Mapping[str, Quantity] = {}
     limits: Mapping[str, Range] = {}
     from_home: Names = ()
-    motions: Mapping[str, Mapping[str, Any]] = {}
+    motions: Mapping[Text, Mapping[str, Any]] = {}
     origin: str = ""
 
     def __init__(self, /, **data: Any) -> None:  # pydantic's own signature
@@ -213,7 +213,7 @@ class Mechanism(Table):
     @property
     def where(self) -> str:
         """What messages call it: its file, or its name."""
-        return self.origin or self.name
+        return printable(self.origin) or self.name
 
     def _repr_html_(self) -> str:
         bodies = [body.name for body in self.bodies if body.name != self.base]

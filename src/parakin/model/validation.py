@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from parakin.errors import InputError, nearest
@@ -60,6 +60,26 @@ class Table(BaseModel, metaclass=_RaisesInputError):
             what = "a value" if len(missing) == 1 else "values"
             raise _finding(f"no key {missing[0]!r}", f"{what} for {', '.join(missing)}")
         return data
+
+
+_CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
+_PLAIN = "text without control characters"
+
+
+def refuse_control(text: str, place: str) -> None:
+    """Raises InputError on characters that files of text, XML among them, cannot hold."""
+    if _CONTROL.search(text):
+        raise InputError(place, _shown(text), _PLAIN)
+
+
+def _plain(text: str) -> str:
+    if _CONTROL.search(text):
+        raise ValueError(_PLAIN)
+    return text
+
+
+Text = Annotated[str, AfterValidator(_plain)]
+"""Text without control characters but tabs and ends of lines."""
 
 
 def _finding(found: str, expected: str) -> PydanticCustomError:

@@ -1,5 +1,7 @@
 """Laws of time with exact derivatives, and motions made from them.
 
+They are functions with their numbers bound, and not closures: motions can be pickled.
+
 Positions are in metres or radians, times in seconds, frequencies in hertz, phases in radians.
 """
 
@@ -7,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -47,7 +51,11 @@ class Paced:
 
 def constant(value: float) -> Law:
     """At rest."""
-    return Paced(lambda t: (np.full_like(t, value), *np.zeros((3, *t.shape))))
+    return Paced(partial(_constant, value))
+
+
+def _constant(value: float, t: FloatArray) -> tuple[FloatArray, ...]:
+    return np.full_like(t, value), *np.zeros((3, *t.shape))
 
 
 def cosine(start: float, by: float, duration: float, begin: float = 0.0) -> Law:
@@ -56,14 +64,14 @@ def cosine(start: float, by: float, duration: float, begin: float = 0.0) -> Law:
     Equation (6) of the paper, where `by` is twice x*. Its acceleration jumps at both ends, where
     it has the value of the moving side. Raises InputError on a duration that is not positive.
     """
+    return _rest_to_rest(_half_wave, start, by, duration, begin)
 
-    def shape(u: FloatArray) -> tuple[FloatArray, ...]:
-        half = np.pi / 2  # sin² of half the angle instead of 1 - cos, which cancels near the start
-        s, c = np.sin(half * u), np.cos(half * u)
-        sine, cosine = 2 * s * c, (c - s) * (c + s)
-        return s * s, half * sine, half * np.pi * cosine, -half * np.pi**2 * sine
 
-    return _rest_to_rest(shape, start, by, duration, begin)
+def _half_wave(u: FloatArray) -> tuple[FloatArray, ...]:
+    half = np.pi / 2  # sin² of half the angle instead of 1 - cos, which cancels near the start
+    s, c = np.sin(half * u), np.cos(half * u)
+    sine, cosine = 2 * s * c, (c - s) * (c + s)
+    return s * s, half * sine, half * np.pi * cosine, -half * np.pi**2 * sine
 
 
 def polynomial345(start: float, by: float, duration: float, begin: float = 0.0) -> Law:
@@ -71,7 +79,8 @@ def polynomial345(start: float, by: float, duration: float, begin: float = 0.0) 
 
     Raises InputError on a duration that is not positive.
     """
-    return _rest_to_rest(_polynomial(0, 0, 0, 10, -15, 6), start, by, duration, begin)
+    shape = partial(_polynomial, (0, 0, 0, 10, -15, 6))
+    return _rest_to_rest(shape, start, by, duration, begin)
 
 
 def polynomial4567(start: float, by: float, duration: float, begin: float = 0.0) -> Law:
@@ -79,27 +88,29 @@ def polynomial4567(start: float, by: float, duration: float, begin: float = 0.0)
 
     Raises InputError on a duration that is not positive.
     """
-    return _rest_to_rest(_polynomial(0, 0, 0, 0, 35, -84, 70, -20), start, by, duration, begin)
+    shape = partial(_polynomial, (0, 0, 0, 0, 35, -84, 70, -20))
+    return _rest_to_rest(shape, start, by, duration, begin)
 
 
-def _polynomial(*coefficients: float) -> Law:
+def _polynomial(coefficients: Sequence[float], u: FloatArray) -> tuple[FloatArray, ...]:
     p = np.polynomial.Polynomial(coefficients)
-    orders = [p, p.deriv(), p.deriv(2), p.deriv(3)]
-    return lambda u: tuple(order(u) for order in orders)
+    return p(u), p.deriv()(u), p.deriv(2)(u), p.deriv(3)(u)
 
 
 def _rest_to_rest(shape: Law, start: float, by: float, duration: float, begin: float) -> Law:
     """`shape`, which rises from 0 to 1 over the interval from 0 to 1, scaled and shifted."""
     refuse_unless_positive(duration, "duration")
+    return Paced(partial(_scaled, shape, start, by, duration, begin), (begin, begin + duration))
 
-    def law(t: FloatArray) -> tuple[FloatArray, ...]:
-        u = (t - begin) / duration
-        moving = by * (np.abs(u - 0.5) <= 0.5 + SLACK)
-        s, *rates = shape(np.minimum(np.maximum(u, 0.0), 1.0))
-        scaled = (moving / duration**order * rate for order, rate in enumerate(rates, start=1))
-        return start + by * s, *scaled
 
-    return Paced(law, (begin, begin + duration))
+def _scaled(
+    shape: Law, start: float, by: float, duration: float, begin: float, t: FloatArray
+) -> tuple[FloatArray, ...]:
+    u = (t - begin) / duration
+    moving = by * (np.abs(u - 0.5) <= 0.5 + SLACK)
+    s, *rates = shape(np.minimum(np.maximum(u, 0.0), 1.0))
+    scaled = (moving / duration**order * rate for order, rate in enumerate(rates, start=1))
+    return start + by * s, *scaled
 
 
 def sine(center: float, amplitude: float, frequency: float, phase: float = 0.0) -> Law:
@@ -109,20 +120,23 @@ def sine(center: float, amplitude: float, frequency: float, phase: float = 0.0) 
 
 def sines(center: float, terms: Sequence[tuple[float, float, float]]) -> Law:
     """The sum of `center` and a sine for each (amplitude, frequency, phase)."""
-
-    def law(t: FloatArray) -> tuple[FloatArray, ...]:
-        position, velocity, acceleration, jerk = constant(center)(t)
-        for amplitude, frequency, phase in terms:
-            omega = 2 * np.pi * frequency
-            s, c = np.sin(omega * t + phase), np.cos(omega * t + phase)
-            position += amplitude * s
-            velocity += amplitude * omega * c
-            acceleration -= amplitude * omega**2 * s
-            jerk -= amplitude * omega**3 * c
-        return position, velocity, acceleration, jerk
-
     fastest = max((abs(frequency) for _, frequency, _ in terms), default=0.0)
+    law = partial(_sum_of_sines, center, tuple(terms))
     return Paced(law, period=1 / fastest if fastest else np.inf)
+
+
+def _sum_of_sines(
+    center: float, terms: Sequence[tuple[float, float, float]], t: FloatArray
+) -> tuple[FloatArray, ...]:
+    position, velocity, acceleration, jerk = _constant(center, t)
+    for amplitude, frequency, phase in terms:
+        omega = 2 * np.pi * frequency
+        s, c = np.sin(omega * t + phase), np.cos(omega * t + phase)
+        position += amplitude * s
+        velocity += amplitude * omega * c
+        acceleration -= amplitude * omega**2 * s
+        jerk -= amplitude * omega**3 * c
+    return position, velocity, acceleration, jerk
 
 
 def chirp(
@@ -133,17 +147,26 @@ def chirp(
     Raises InputError on a duration that is not positive.
     """
     refuse_unless_positive(duration, "duration")
-
-    def law(t: FloatArray) -> tuple[FloatArray, ...]:
-        growth = 2 * np.pi * (f1 - f0) / duration
-        omega = 2 * np.pi * f0 + growth * t
-        angle = (2 * np.pi * f0 + growth / 2 * t) * t + phase
-        s, c = amplitude * np.sin(angle), amplitude * np.cos(angle)
-        jerk = -3 * growth * omega * s - omega**3 * c
-        return center + s, omega * c, growth * c - omega**2 * s, jerk
-
     fastest = max(abs(f0), abs(f1))
+    law = partial(_chirped, center, amplitude, f0, f1, duration, phase)
     return Paced(law, period=1 / fastest if fastest else np.inf)
+
+
+def _chirped(
+    center: float,
+    amplitude: float,
+    f0: float,
+    f1: float,
+    duration: float,
+    phase: float,
+    t: FloatArray,
+) -> tuple[FloatArray, ...]:
+    growth = 2 * np.pi * (f1 - f0) / duration
+    omega = 2 * np.pi * f0 + growth * t
+    angle = (2 * np.pi * f0 + growth / 2 * t) * t + phase
+    s, c = amplitude * np.sin(angle), amplitude * np.cos(angle)
+    jerk = -3 * growth * omega * s - omega**3 * c
+    return center + s, omega * c, growth * c - omega**2 * s, jerk
 
 
 def waypoints(times: ArrayLike, values: ArrayLike) -> Law:
@@ -161,14 +184,15 @@ def waypoints(times: ArrayLike, values: ArrayLike) -> Law:
         raise InputError("values", f"{x.tolist()}", "finite numbers")
     rest = [(1, 0.0), (2, 0.0)]
     spline = quintic(t, x, "times", (rest, rest))
+    knots = tuple(t.tolist())
+    return Paced(partial(_splined, spline, knots[0], knots[-1]), knots)
 
-    def law(time: FloatArray) -> tuple[FloatArray, ...]:
-        moving = (t[0] < time) & (time < t[-1])
-        jerking = (t[0] <= time) & (time <= t[-1])  # at the ends, that of the moving side
-        u = np.clip(time, t[0], t[-1])
-        return spline(u), moving * spline(u, 1), moving * spline(u, 2), jerking * spline(u, 3)
 
-    return Paced(law, tuple(t.tolist()))
+def _splined(spline: Any, first: float, last: float, t: FloatArray) -> tuple[FloatArray, ...]:
+    moving = (first < t) & (t < last)
+    jerking = (first <= t) & (t <= last)  # at the ends, that of the moving side
+    u = np.clip(t, first, last)
+    return spline(u), moving * spline(u, 1), moving * spline(u, 2), jerking * spline(u, 3)
 
 
 def from_laws(name: str, laws: Mapping[str, Law], duration: float, rate: float) -> Motion:
@@ -188,25 +212,8 @@ def from_laws(name: str, laws: Mapping[str, Law], duration: float, rate: float) 
     if not laws:
         raise InputError(place, "no laws", "one for every driven coordinate")
     count = round(steps) + 1
-
-    def between(time: FloatArray) -> Samples:
-        with np.errstate(over="ignore", invalid="ignore"):  # refused below
-            values = {coordinate: law(time) for coordinate, law in laws.items()}
-        for coordinate, orders in values.items():
-            if len(orders) not in (3, 4):
-                found = f"{len(orders)} arrays from the law of {coordinate!r}"
-                raise InputError(place, found, "position, velocity, acceleration and jerk")
-        known = min(len(orders) for orders in values.values())
-        rows = np.empty((known, len(laws), len(time)))
-        for row, orders in enumerate(values.values()):
-            rows[:, row] = orders[:known]
-        refuse_non_finite(time, rows, list(laws), place)
-        return Samples(time, *rows)
-
-    def window(start: int, stop: int) -> Samples:
-        chosen = range(count)[start:stop]
-        return between(np.arange(chosen.start, chosen.stop) / rate)
-
+    between = partial(_between, place, dict(laws))
+    window = partial(_window, between, count, rate)
     end = (count - 1) / rate  # at most half a step from the duration
     known = [
         law if isinstance(law, Paced) else Paced(law, (), BURST * duration) for law in laws.values()
@@ -215,3 +222,26 @@ def from_laws(name: str, laws: Mapping[str, Law], duration: float, rate: float) 
     period = min(law.period for law in known)
     ordered = tuple(sorted(knots | {end} if end > duration else knots))
     return Motion(name, tuple(laws), count, window, "exact", between, ordered, period)
+
+
+def _between(place: str, laws: Mapping[str, Law], time: FloatArray) -> Samples:
+    """The samples at any times (n,) [s]. Raises InputError on laws that give none."""
+    with np.errstate(over="ignore", invalid="ignore"):  # refused below
+        values = {coordinate: law(time) for coordinate, law in laws.items()}
+    for coordinate, orders in values.items():
+        if len(orders) not in (3, 4):
+            found = f"{len(orders)} arrays from the law of {coordinate!r}"
+            raise InputError(place, found, "position, velocity, acceleration and jerk")
+    known = min(len(orders) for orders in values.values())
+    rows = np.empty((known, len(laws), len(time)))
+    for row, orders in enumerate(values.values()):
+        rows[:, row] = orders[:known]
+    refuse_non_finite(time, rows, list(laws), place)
+    return Samples(time, *rows)
+
+
+def _window(
+    between: Callable[[FloatArray], Samples], count: int, rate: float, start: int, stop: int
+) -> Samples:
+    chosen = range(count)[start:stop]
+    return between(np.arange(chosen.start, chosen.stop) / rate)

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from parakin.arrays import FloatArray
 from parakin.errors import InputError, nearest
+from parakin.model.validation import refuse_control
 from parakin.motion.checks import refuse_repeated
 
 MAX_SAMPLES = 10**9
@@ -41,13 +43,14 @@ class Samples(NamedTuple):
 
 @dataclass(frozen=True)
 class Motion:
-    """`count` samples of the driven `coordinates`.
+    """`count` samples of the driven `coordinates`. It can be pickled if its functions can.
 
     window: gives the samples from start to before stop, computed on demand, so that a long
     motion takes no memory. derivatives: where velocity and acceleration come from. between:
     gives the motion at any times (n,) [s], if known; otherwise it is the quintic from sample to
     sample that keeps their derivatives. knots: [s] between which it is smooth, from first to
-    last. period: the shortest time [s] in which it changes.
+    last. period: the shortest time [s] in which it changes. Raises InputError on control characters
+    in its name.
     """
 
     name: str
@@ -58,6 +61,9 @@ class Motion:
     between: Callable[[FloatArray], Samples] | None = None
     knots: tuple[float, ...] = ()
     period: float = np.inf
+
+    def __post_init__(self) -> None:
+        refuse_control(self.name, "motion")
 
     def samples(self) -> Samples:
         """All samples at once."""
@@ -79,14 +85,15 @@ class Motion:
         rows = [self.coordinates.index(name) for name in coordinates]
         if rows == list(range(len(rows))):
             return self
-        between = self.between
-
-        def sorted_(samples: Samples) -> Samples:
-            return Samples(samples.time, *(order[rows] for order in samples.orders))
-
         return replace(
             self,
             coordinates=tuple(coordinates),
-            window=lambda start, stop: sorted_(self.window(start, stop)),
-            between=None if between is None else lambda time: sorted_(between(time)),
+            window=partial(_reordered, self.window, rows),
+            between=None if self.between is None else partial(_reordered, self.between, rows),
         )
+
+
+def _reordered(given: Callable[..., Samples], rows: Sequence[int], *at: Any) -> Samples:
+    """The samples given at a window or times, their rows in another order."""
+    samples = given(*at)
+    return Samples(samples.time, *(order[rows] for order in samples.orders))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 
 from parakin.arrays import FloatArray
+from parakin.caching import cached_property
 from parakin.kinematics.closure import Row
 from parakin.kinematics.cones import Cone, cones_of
 from parakin.model.graph import Graph, Tree

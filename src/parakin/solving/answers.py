@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 
 from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
+from parakin.caching import cached_property
 from parakin.solving.atlas import Atlas
 from parakin.solving.inputs import Guesses, Start
 from parakin.solving.results import Labels

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import cached_property
 
 import numpy as np
 
 from parakin.algebra.angles import nearest_angle
 from parakin.arrays import FloatArray, IndexArray, StatusArray
+from parakin.caching import cached_property
 from parakin.kernel.outputs import POINT, Outputs
 from parakin.kinematics.configuration import Configuration, coordinate_scales
 from parakin.motion.motion import Samples

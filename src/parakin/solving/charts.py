@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
 from parakin.algebra.spatial import as_array
 from parakin.arrays import BoolArray, FloatArray, IndexArray
+from parakin.caching import cached_property
 from parakin.errors import ParakinError
 from parakin.kernel.backends import Kernel, make_kernel
 from parakin.kernel.outputs import Outputs

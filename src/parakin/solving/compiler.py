@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import functools
-import pickle
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from parakin.errors import AssemblyError, DrivenError, InputError, nearest
 from parakin.files.reading import loaded
-from parakin.kernel.backends import has_machine_code
-from parakin.kernel.outputs import Outputs
 from parakin.kinematics.assembly import CLOSED, assembled, close
 from parakin.kinematics.configuration import Configuration
 from parakin.model.evaluation import graph_of
@@ -19,9 +14,8 @@ from parakin.model.expressions import Value
 from parakin.model.graph import Graph
 from parakin.model.mechanism import Mechanism
 from parakin.planning.ordering import plan_of
-from parakin.planning.plan import Plan
-from parakin.solving.charts import also_known
 from parakin.solving.modes import modes_of
+from parakin.solving.recipes import Recipe, branch_tree, made
 from parakin.solving.solver import Solver
 
 
@@ -54,50 +48,34 @@ def compile(
     on its branch.
     machine_code: False runs on NumPy arrays; None uses machine code if heyoka is installed.
     parameters: overrides by name.
-    A pickled solver contains only what it was compiled from; it is compiled again when it is
-    unpickled, once in each process.
+    A pickled solver contains only what it was compiled from, and where it stands; it is compiled
+    again when it is unpickled, once in each process (of those that came, the last 16 are kept).
     Raises InputError, AssemblyError, DrivenError.
     """
     mechanism = loaded(mechanism, parameters)
     if derivatives not in range(4):
         raise InputError("derivatives", f"{derivatives}", "0, 1, 2 or 3")
+    if coordinates is not None and not isinstance(coordinates, str):
+        coordinates = tuple(coordinates)
     graph = graph_of(mechanism)
     names = _driven(mechanism, driven)
     numbers = [graph.index(name, f"{mechanism.where}: driven") for name in names]
     own = assembled(graph)
     if isinstance(near, str):
         near = _mode(graph, numbers, own, near)
-    home = own if near is None else _near(graph, own, numbers, near)
-    plan = plan_of(graph, numbers, home, _cut(graph, cut), own_home=own.q)
-    checks = checks or bool(plan.iterated)
-    chosen = _chosen(plan.graph.plain, coordinates)
-    outputs = _outputs(plan, chosen, derivatives, checks=checks)
-    recipe: dict[str, Any] = {
-        "mechanism": mechanism,
-        "driven": names,
-        "coordinates": coordinates,
-        "derivatives": derivatives,
-        "checks": checks,
-        "cut": tuple(cut),
-        "near": None if near is None else dict(near),
-        "machine_code": machine_code,
-    }
-    code = has_machine_code() if machine_code is None else machine_code
-    again = (_arrived, (pickle.dumps(recipe),))
-    return Solver(plan, outputs, len(chosen), machine_code=code, again=again)
-
-
-def _outputs(plan: Plan, chosen: Sequence[int | str], derivatives: int, *, checks: bool) -> Outputs:
-    """The coordinates to report and, after them, whatever else is watched along a motion."""
-    solved = plan.unknowns if checks and derivatives > 1 else plan.iterated
-    hidden = also_known(plan, chosen, solved) if checks else []
-    return Outputs((*chosen, *hidden), derivatives, checks)
-
-
-@functools.lru_cache(maxsize=16)
-def _arrived(recipe: bytes) -> Solver:
-    """A solver sent to this process, compiled the first time it arrives."""
-    return compile(**pickle.loads(recipe))
+    home = None if near is None else _near(graph, own, numbers, near)
+    recipe = Recipe(
+        mechanism,
+        names,
+        coordinates,
+        derivatives,
+        checks,
+        tuple(cut),
+        machine_code,
+        tuple(own.q.tolist()),
+        None if home is None else tuple(home.q.tolist()),
+    )
+    return made(graph, recipe)
 
 
 def _driven(mechanism: Mechanism, driven: Sequence[str] | str | None) -> tuple[str, ...]:
@@ -109,15 +87,6 @@ def _driven(mechanism: Mechanism, driven: Sequence[str] | str | None) -> tuple[s
     if len(set(names)) < len(names):
         raise DrivenError(f"{mechanism.where}: a coordinate is driven twice: {', '.join(names)}")
     return names
-
-
-def _cut(graph: Graph, names: Sequence[str]) -> list[int]:
-    """The numbers of joints to cut. Raises InputError on unknown names."""
-    joints = [joint.name for joint in graph.joints]
-    for name in names:
-        if name not in joints:
-            raise InputError("cut", f"unknown joint {name!r}", nearest(name, joints))
-    return [joints.index(name) for name in names]
 
 
 def _mode(
@@ -139,23 +108,7 @@ def _near(
     for name, value in near.items():
         k = graph.index(name, "near")
         start[k] = value + (home.q[k] if k in graph.from_home else 0.0)
-    tree = graph.tree(first={graph.coordinates[k].joint for k in driven})
-    at, norm = close(graph, tree, start, held=driven)
+    at, norm = close(graph, branch_tree(graph, driven), start, held=driven)
     if norm > CLOSED:
         raise AssemblyError(f"{graph.mechanism.where}: no closed configuration near the one given")
     return at
-
-
-def _chosen(graph: Graph, coordinates: Sequence[str] | str | None) -> list[int | str]:
-    if isinstance(coordinates, str) and coordinates != "all":
-        coordinates = [coordinates]
-    if coordinates is None:
-        inside = graph.tree_coordinates(graph.tree())
-        if graph.platform is not None:
-            inside += graph.joints[graph.platform].coordinates
-        return sorted(set(inside))
-    if coordinates == "all":
-        return [*range(len(graph.plain.coordinates)), *graph.cones]
-    return [
-        name if name in graph.cones else graph.index(name, "coordinates") for name in coordinates
-    ]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from parakin.algebra.angles import nearest_angle
 from parakin.arrays import BoolArray, FloatArray, IndexArray
+from parakin.caching import cached_property
 from parakin.errors import InputError
 from parakin.solving.status import TURNS, Layout, Status
 from parakin.solving.tick import Tick
@@ -55,7 +55,8 @@ def all_bounded(*numbers: FloatArray) -> bool:
     with np.errstate(over="ignore", invalid="ignore"):
         for some in numbers:
             flat = some.ravel()
-            if not flat.dot(flat) < _WILD * _WILD:
+            # Not by BLAS: its threads hold a lock that would hang a process forked meanwhile.
+            if not np.einsum("i,i->", flat, flat) < _WILD * _WILD:
                 return False
     return True
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import functools
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from parakin.arrays import ORDERS, FloatArray, StatusArray
+from parakin.caching import cached_property
 from parakin.errors import InputError, NotSolvedError, nearest
 from parakin.kernel.outputs import (
     ACCELERATION,

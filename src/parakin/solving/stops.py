@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from parakin.arrays import PER_TIME, BoolArray, FloatArray, IndexArray
+from parakin.caching import cached_property
 from parakin.kernel.outputs import Outputs
 from parakin.kinematics.loops import sides
 from parakin.kinematics.recursion import Circuits

@@ -10,7 +10,7 @@ import numpy as np
 
 from parakin.arrays import ORDERS, PER_TIME
 from parakin.errors import InputError, nearest
-from parakin.files.writing import check_suffix, replacing
+from parakin.files.writing import check_suffix, write_figure
 from parakin.solving.status import Status
 from parakin.views.thinning import thinned
 from parakin.views.units import DEGREES
@@ -147,8 +147,7 @@ def save(figure: Figure, path: Path) -> None:
     """Write a figure: PNG at 200 dots per inch, or vectors. Raises InputError."""
     check_figure(path)
     try:
-        with replacing(path) as temporary:
-            figure.savefig(temporary, dpi=200)
+        write_figure(figure, path)
     except ValueError as error:  # mathtext that does not parse
         found = " ".join(str(error).split())[:120]
         raise InputError("symbols", found, "symbols in mathtext, such as λ_{21}^A") from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import re
 import shutil
 import subprocess
@@ -164,3 +165,31 @@ def test_names_that_would_end_a_comment_do_not(tmp_path: Path) -> None:
     exports.export(mechanism, tmp_path / "9 lives.c")
     compiled(tmp_path, "9 lives.c", "9 lives_test.c")
     assert "m9_lives_solve" in (tmp_path / "9 lives.h").read_text()
+
+
+@pytest.mark.parametrize(
+    ("flags", "taken"),
+    [
+        (["-O3"], True),
+        (["-O3", "-ffast-math"], False),
+        (["-Ofast"], False),
+        (["-O2", "-ffinite-math-only"], False),
+        (["-O2", "-fno-finite-math-only"], True),
+        (["-D_M_FP_FAST"], False),
+    ],
+)
+def test_it_refuses_to_be_compiled_as_if_there_were_no_nan(
+    flags: list[str], taken: bool, tmp_path: Path
+) -> None:
+    assert COMPILER is not None
+    parakin.export("four-bar", tmp_path / "kernel.c")
+    done = run(tmp_path, COMPILER, "-std=c99", *flags, "-c", "kernel.c")
+    assert (done.returncode == 0) == taken
+    assert ("takes NaN for a number" in done.stderr) == (not taken)
+
+
+def test_a_name_that_is_not_utf_8_is_included(tmp_path: Path) -> None:
+    name = os.fsdecode(b"b\xff")
+    parakin.export("four-bar", tmp_path / f"{name}.c")
+    compiled(tmp_path, f"{name}_test.c", f"{name}.c", "-o", "test")
+    assert run(tmp_path, "./test").returncode == 0

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from browser import chromium, needs_chromium, viewed
 
 import parakin
 from parakin.views.browser.live_plots import LivePlots
@@ -86,3 +87,22 @@ def test_another_motion_replaces_them(general: Playback) -> None:
     assert [plot.removed for plot in gui.plots] == [True] * 3 + [False] * 3
     plots.clear()
     assert all(plot.removed for plot in gui.plots)
+
+
+@needs_chromium
+def test_no_tick_is_cut_off() -> None:
+    """Signs of four-digit ticks were."""
+    drawn = """
+        window.drawn = [];
+        const fill = CanvasRenderingContext2D.prototype.fillText;
+        CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+            const left = this.textAlign === "right" ? x - this.measureText(text).width : x;
+            window.drawn.push([text, this.getTransform().transformPoint({x: left, y}).x]);
+            return fill.apply(this, arguments);
+        };"""
+    with chromium() as browser:
+        browser.add_init_script(drawn)
+        with viewed(browser, "four-bar") as page:
+            ticks = "window.drawn.filter(([text, _]) => /^[-\u2212]\\d?,?\\d{3}/.test(text))"
+            page.page.wait_for_function(f"() => {ticks}.length")
+            assert min(left for _, left in page.page.evaluate(ticks)) >= 0

@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from browser import Page, agree, needs_chromium, until, viewed
 
 import parakin
 from parakin.views.browser.content import Content
+from parakin.views.browser.messages import escaped
 from parakin.views.browser.viewer import serving
 from parakin.views.solids.drawing import COLOURS
 
@@ -157,3 +159,26 @@ def test_text_from_a_file_is_only_text(browser: Any, tmp_path: Path) -> None:
         page.page.get_by_text(evil).wait_for()
         assert page.said == []
         assert not any("elsewhere" in url or url.endswith("/x") for url in page.asked)
+
+
+@pytest.mark.parametrize(
+    ("typed", "shown"), [(1e9, 1.0), (-3.0, 0.0), (np.inf, 1.0), (-np.inf, 0.0), (np.nan, 0.0)]
+)
+def test_a_time_beyond_the_motion_is_its_end(typed: float, shown: float, browser: Any) -> None:
+    with viewed(browser, "four-bar") as page:
+        playback = page.session.playback
+        assert playback is not None
+        end = float(playback.time[-1])
+        page.session.seek(typed)
+        assert page.session.time == shown * end
+        assert page.session._slider.value == shown * end
+        assert escaped(f"t = {shown * end:.2f} s") in page.session._state_text
+
+
+def test_a_time_that_is_typed_beyond_the_motion_is_its_end(browser: Any) -> None:
+    with viewed(browser, "four-bar") as page:
+        assert page.session.playback is not None
+        end = float(page.session.playback.time[-1])
+        page.enter("Time [s]", "12345")
+        until(lambda: page.session.time == end)
+        until(lambda: float(page.value("Time [s]")) == end)

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import gc
-import re
 import signal
 import socket
 import subprocess
 import sys
 import time
 import warnings
+from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import ELSEWHERE, Page, needs_chromium, until, viewed
+from browser import Page, needs_chromium, until, viewed
 
 import parakin
 from parakin.views.browser.content import Content
-from parakin.views.browser.viewer import Viewer, exposure, is_cross_origin, serving
+from parakin.views.browser.viewer import Viewer, exposure, serving
 
 pytestmark = needs_chromium
 
@@ -61,34 +61,6 @@ def test_it_is_bound_to_the_loopback_address_alone() -> None:
         with pytest.raises(ConnectionRefusedError):
             socket.create_connection(("127.0.0.2", port), 5)
         assert viewer.server.request_share_url() is None
-
-
-@pytest.mark.parametrize(
-    ("origin", "refused"),
-    [
-        ("http://localhost:8080", False),
-        ("http://127.0.0.1", False),
-        ("http://[::1]:8080", False),
-        (None, False),
-        ("https://elsewhere.example", True),
-        ("http://127.0.0.1.elsewhere.example", True),
-        ("http://localhost@elsewhere.example", True),
-        ("null", True),
-    ],
-)
-def test_which_origins_are_refused(origin: str | None, refused: bool) -> None:
-    assert is_cross_origin(origin) == refused
-
-
-def test_pages_of_other_sites_are_refused(browser: Any) -> None:
-    with serving(Content("four-bar"), port=0) as viewer:
-        page = browser.new_page()
-        page.goto(viewer.url.replace("127.0.0.1", ELSEWHERE))
-        page.get_by_text(re.compile(f"Refused: http://{ELSEWHERE}:[0-9]+ is not this")).wait_for()
-        assert not viewer.sessions
-        assert not page.get_by_text("slider-crank").count()
-        page.close()
-        until(lambda: not viewer.server.get_clients())
 
 
 def test_ctrl_c_is_how_it_ends() -> None:
@@ -141,3 +113,28 @@ def test_another_address_says_what_it_exposes() -> None:
     process.communicate()
     assert "0.0.0.0" in said
     assert "without a password" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["no-such-motion.toml"], "no-such-motion.toml: found no such file or directory"),
+        (["bad.csv"], "bad.csv: found no text"),
+        (["--mesh", "no-such.stl"], "no-such.stl: found no such file or directory"),
+        (["--mesh", "empty.stl"], "empty.stl: found no triangles"),
+    ],
+)
+def test_a_motion_or_mesh_that_cannot_be_shown_is_said_where_it_was_named(
+    arguments: list[str], said: str, tmp_path: Path
+) -> None:
+    (tmp_path / "bad.csv").write_text("")
+    (tmp_path / "empty.stl").write_text("solid nothing")
+    view = [sys.executable, "-m", "parakin", "view", "four-bar", *arguments, "--port", "0"]
+    with subprocess.Popen(
+        view, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        assert process.stdout.readline().startswith("four-bar at http://127.0.0.1:")
+        process.terminate()
+        assert said in process.stderr.read()

@@ -41,7 +41,7 @@ def _about(solver: Solver, names: Names) -> str:
  *
  * {mechanism}
  * Driven: {comment(", ".join(solver.driven))}.{comment(from_home)}
- * SI units: metres, radians, seconds. Do not compile with -ffast-math: NaN has to stay NaN.
+ * SI units: metres, radians, seconds. Not for -ffast-math: NaN has to stay NaN.
  *
  *     {names.prefix}_state state;
  *     {names.prefix}_home(&state);

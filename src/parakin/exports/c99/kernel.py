@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from functools import cached_property
 
+from parakin.caching import cached_property
 from parakin.exports.c99.names import MADE_BY, Names
 from parakin.exports.c99.traced import c_function
 from parakin.kernel.outputs import Outputs
@@ -17,6 +17,12 @@ from parakin.solving.charts import also_known, layout_of
 from parakin.solving.solver import Solver
 from parakin.solving.status import LOCKED, RESIDUAL, SINGULAR, TURNS
 from parakin.solving.stops import LimitRows
+
+_STRICT = """#if defined(__FAST_MATH__) || defined(_M_FP_FAST) || \\
+    (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+#error "-ffast-math takes NaN for a number: compile this file without it"
+#endif
+"""
 
 
 def kernel(solver: Solver, names: Names) -> str:
@@ -47,6 +53,7 @@ class _Kernel:
         stem = self.names.stem
         head = (
             f'/* {stem}.c: see {stem}.h. {MADE_BY} */\n#include "{stem}.h"\n\n#include <math.h>\n'
+            f"\n{_STRICT}"
         )
         return "\n".join([head, *self._functions(), *self._tables(), self._home(), self._solve()])
 

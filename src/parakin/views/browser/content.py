@@ -8,13 +8,13 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from parakin.algebra.spatial import as_array
+from parakin.caching import cached_property
 from parakin.errors import InputError, ParakinError
 from parakin.files.parsing import read_bytes
 from parakin.files.reading import catalogue, load
@@ -148,6 +148,28 @@ class Content:
         if not skipped:
             return found, ""
         return found, f"Not read because not named with --mesh: {', '.join(skipped)}"
+
+    def findings(self, loaded: LoadedMechanism) -> list[str]:
+        """What of the first mechanism, and of the files named at start-up, cannot be shown."""
+        found = [loaded.problem] if loaded.problem else []
+        for motion in self.motions:
+            try:
+                if loaded.solver is not None:
+                    loaded.solver.motion(motion)
+            except ParakinError as error:
+                found.append(str(error))
+        folder = Path(loaded.mechanism.origin or ".").parent
+        used = {(folder / b.mesh.file).resolve() for b in loaded.mechanism.bodies if b.mesh}
+        for mesh in self.meshes:
+            try:
+                read_mesh(Path(mesh))
+            except InputError as error:
+                found.append(str(error))
+                continue
+            if Path(mesh).resolve() not in used:
+                unused = InputError("--mesh", repr(mesh), "a file that the mechanism names")
+                found.append(str(unused))
+        return found
 
     def playback(self, loaded: LoadedMechanism, motion: str) -> Playback:
         """Solve one of the mechanism's motions. Raises InputError."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ _BUCKETS = 120
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _DASHES: tuple[list[int], ...] = ([], [9, 5], [2, 4])
 _CURSOR = "#444444"
+_BESIDE = 17  # pixels of an axis beside its labels
+_LETTER = 7  # and of a letter of them
 
 
 class LivePlots:
@@ -63,6 +66,7 @@ class LivePlots:
             tuple(series),
             title=title,
             scales={"x": {"time": False}, "y": {"range": (low - room, high + room)}},
+            axes=({}, {"size": _axis_width(low - room, high + room)}),
             legend={"show": len(names) <= 6},
             height=190,
             padding=(10, 16, 0, 0),
@@ -74,6 +78,14 @@ class LivePlots:
         for plot, time, values in self._plots:
             low, high = plot.scales["y"]["range"]
             plot.data = _with_cursor(time, values, at, low, high)
+
+
+def _axis_width(low: float, high: float) -> int:
+    """Pixels that the labels of an axis may need: uPlot cuts off what is wider than its 50."""
+    step = (high - low) / 8  # at least that between labels
+    decimals = max(0, 1 - math.floor(math.log10(step)))
+    longest = max(len(f"{value:,.{decimals}f}") for value in (low, high))
+    return max(50, _BESIDE + _LETTER * longest)
 
 
 def _with_cursor(

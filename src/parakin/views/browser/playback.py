@@ -52,6 +52,10 @@ class Playback:
     stop: Stop | None = None
     note: str = ""
 
+    def within(self, at: float) -> float:
+        """The time [s] of the motion that is nearest; its start for NaN."""
+        return float(np.clip(np.nan_to_num(at, nan=-np.inf), self.time[0], self.time[-1]))
+
     def index(self, at: float) -> int:
         """The sample at a time [s], or the next one."""
         return min(int(np.searchsorted(self.time, at - 1e-9)), len(self.time) - 1)

@@ -202,7 +202,7 @@ class Session:
             self._slider.step = 10.0 ** math.floor(math.log10(last / 500))
             self._plots.show(playback)
             self._trace()
-        self.seek(min(max(at, float(playback.time[0])), float(playback.time[-1])))
+        self.seek(at)
 
     def _trace(self) -> None:
         playback = self.playback
@@ -225,12 +225,12 @@ class Session:
             self._wake.notify_all()
 
     def seek(self, at: float) -> None:
-        """Show the motion at a time [s]."""
+        """Show the motion at a time [s], or the nearest that it has: any may be typed."""
         with self._lock:
             if self.playback is not None:
                 self.drive_tab.leave()
-                self.time = at
-                self._frame(at, full=True)
+                self.time = self.playback.within(at)
+                self._frame(self.time, full=True)
 
     def _play(self) -> None:
         """The player's thread: sends poses while the motion plays."""

@@ -8,38 +8,18 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import io
-import ipaddress
 import socket
 import threading
 import warnings
 from collections.abc import Iterator
 from typing import Any
-from urllib.parse import urlsplit
 
 from parakin.errors import InputError, ParakinError, not_installed, reason
 from parakin.views.browser.content import Content, LoadedMechanism
-from parakin.views.browser.messages import escaped
+from parakin.views.browser.guard import guarded, is_loopback
 from parakin.views.browser.session import Session
 
 _LOOK_EVERY = 0.5  # [s], at the files
-
-
-def is_loopback(host: str) -> bool:
-    """Whether an address can be reached from this computer only."""
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
-
-
-def is_cross_origin(origin: str | None) -> bool:
-    """Whether a request comes from a page of another site: any page open in the same browser can
-    reach the loopback address. Browsers send the origin with every request, other programs need
-    not.
-    """
-    return origin is not None and not is_loopback(urlsplit(origin).hostname or "")
 
 
 def exposure(host: str) -> str:
@@ -68,7 +48,7 @@ def serving(content: Content, host: str = "127.0.0.1", port: int = 8080) -> Iter
     _check_address(host)
     # A page may close while a pose is on its way to it, before viser calls `_disconnected`.
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
-    with contextlib.redirect_stdout(io.StringIO()):  # viser's banner
+    with guarded(host), contextlib.redirect_stdout(io.StringIO()):  # viser's banner
         server = viser.ViserServer(host=host, port=port, label="parakin", verbose=False)
     viewer = Viewer(server, content, first)
     try:
@@ -112,7 +92,7 @@ class Viewer:
     def __init__(self, server: Any, content: Content, first: LoadedMechanism) -> None:
         self.server, self.content = server, content
         self.sessions: dict[int, Session] = {}
-        self._first = first
+        self.first = first
         self._closing = threading.Event()
         # A page can ask viser to publish it through a tunnel: never.
         server.request_share_url = lambda *_, **__: None
@@ -131,14 +111,9 @@ class Viewer:
         return f"http://{f'[{name}]' if ':' in name else name}:{self.server.get_port()}"
 
     def _connected(self, client: Any) -> None:
-        connection = self.server._websock_server._live_connections.get(client.client_id)
-        if connection is None:  # closed in the meantime
+        if client.client_id not in self.server.get_clients():  # closed in the meantime
             return
-        origin = connection.request.headers.get("Origin")
-        if is_loopback(self.server.get_host()) and is_cross_origin(origin):
-            client.gui.add_markdown(f"Refused: {escaped(origin)} is not this computer; see --host.")
-            return
-        self.sessions[client.client_id] = Session(client, self.content, self._first)
+        self.sessions[client.client_id] = Session(client, self.content, self.first)
         if client.client_id not in self.server.get_clients():  # closed in the meantime
             self._disconnected(client)
 
@@ -156,14 +131,14 @@ class Viewer:
                 continue
             stamp = now
             try:
-                self._first = self.content.load(self.content.first)
+                self.first = self.content.load(self.content.first)
             except ParakinError as error:
                 for session in list(self.sessions.values()):
                     if session.loaded.name == self.content.first:
                         session.show_error(str(error))
                 continue
             for session in list(self.sessions.values()):
-                session.reloaded(self._first)
+                session.reloaded(self.first)
 
     def close(self) -> None:
         """End all sessions."""

@@ -18,7 +18,7 @@ import numpy as np
 
 from parakin.arrays import FloatArray
 from parakin.errors import ParakinError
-from parakin.files.writing import check_suffix, replacing
+from parakin.files.writing import check_suffix, write_figure
 from parakin.model.evaluation import graph_of
 from parakin.views.scheme import symbols
 from parakin.views.scheme.annotation import annotate
@@ -96,9 +96,9 @@ def save(figure: Figure, path: Path) -> None:
     import matplotlib as mpl
 
     check_scheme(path)
-    with mpl.rc_context({**STYLE}), replacing(path) as temporary:
-        undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-        figure.savefig(temporary, dpi=200, metadata=undated.get(path.suffix.lower()))
+    undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    with mpl.rc_context({**STYLE}):
+        write_figure(figure, path, metadata=undated.get(path.suffix.lower()))
 
 
 def html(mechanism: Mechanism) -> str:

@@ -7,13 +7,13 @@ a spherical one are moved away from their common centre, and slides have a lengt
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from parakin.algebra.spatial import Pose
 from parakin.arrays import FloatArray
+from parakin.caching import cached_property
 from parakin.kinematics.assembly import assembled
 from parakin.kinematics.configuration import configure
 from parakin.model.graph import Graph
