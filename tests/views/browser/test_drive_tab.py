@@ -20,12 +20,13 @@ def _drive_from_home(page: Page) -> None:
     until(lambda: page.session.drive_tab.drive is not None)
 
 
-def _stand_on_the_second_branch(page: Page, of: int) -> None:
+def _stand_on_another_branch(page: Page, of: int, number: int = 2) -> None:
     _drive_from_home(page)
     page.press("Search for branches here")
     page.page.get_by_text(re.compile(f"{of} distinct, [0-9]+ of them usable")).wait_for()
-    page.choose("Branch", f"2 of {of}")
-    page.page.get_by_text(re.compile(f"branch 2 of {of}")).wait_for()
+    entry = page.session.drive_tab._branch_list.options[number - 1]  # "3 of 16, turned through: A2"
+    page.choose("Branch", entry)
+    page.page.get_by_text(re.compile(f"branch {number} of {of}")).wait_for()
 
 
 def test_a_slider_moves_it(simulator: Page) -> None:
@@ -100,7 +101,7 @@ _ON_SCREEN = """size => {
 def test_another_branch_is_searched_and_driven(browser: Any) -> None:
     with viewed(browser, "five-bar") as page:
         drive_tab = page.session.drive_tab
-        _stand_on_the_second_branch(page, of=4)
+        _stand_on_another_branch(page, of=4)
         other = parakin.compile("five-bar", near="2", coordinates="all")
         y = np.array([other.home[name] for name in other.driven])
         agree(page, *other.poses(y, other.at(y)))
@@ -133,7 +134,7 @@ def test_another_branch_is_searched_and_driven(browser: Any) -> None:
 def test_far_from_home_sliders_reach_to_where_it_stands(browser: Any) -> None:
     with viewed(browser, "flight-simulator") as page:
         drive_tab = page.session.drive_tab
-        _stand_on_the_second_branch(page, of=16)
+        _stand_on_another_branch(page, of=16, number=3)
         page.choose("Kinematics", "forward")
         until(lambda: drive_tab.drive is not None and "A2" in drive_tab.drive.solver.driven)
         assert drive_tab.drive is not None
