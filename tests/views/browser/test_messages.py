@@ -56,3 +56,5 @@ def test_a_pose_beyond_its_limits_names_the_joints() -> None:
     message = pose_message(state)
     assert "**limit exceeded**" in message
     assert "limits exceeded: A1\\, B · branch" in message
+    told = PoseState("swing", 0.5, 0.0, beyond_limits={"A1": 3}, because="A1 at 2 m, limit 1 m")
+    assert "**limit exceeded\\: A1 at 2 m\\, limit 1 m**" in pose_message(told)

@@ -301,6 +301,7 @@ class DriveTab:
             drive.beyond_limits,
             self._branch_name,
             len(drive.solver.graph.limited),
+            drive.tick.why(),
         )
         with self._page.client.atomic():
             self._page.show_pose(drive.solver.poses(drive.y, drive.tick), state)

@@ -19,7 +19,7 @@ class PoseState:
 
     title: the motion and its time, or that the mechanism is driven by hand; stop: why it goes no
     further; limits: how many are declared; beyond_limits: those exceeded, with the numbers of their
-    joints.
+    joints; because: by how much the worst of them is.
     """
 
     title: str
@@ -29,6 +29,7 @@ class PoseState:
     beyond_limits: Mapping[str, int] = field(default_factory=dict)
     branch: str = HOME
     limits: int = 0
+    because: str = ""
 
     @property
     def highlighted(self) -> frozenset[int]:
@@ -46,7 +47,8 @@ def pose_message(state: PoseState) -> str:
         limits = "limits reached" if stop.status == Status.LIMIT_EXCEEDED else limits
     if state.beyond_limits:
         limits = f"limits exceeded: {escaped(', '.join(state.beyond_limits))}"
-        status = status if stop is not None else "**limit exceeded**"
+        words = escaped(": ".join(filter(None, ("limit exceeded", state.because))))
+        status = status if stop is not None else f"**{words}**"
     return (
         f"{escaped(state.title)}  \n{status}  \n"
         f"conditioning {state.conditioning:.3f} · residual {state.residual:.1e} m  \n"

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from parakin.arrays import ORDERS, BoolArray, FloatArray
+from parakin.arrays import ORDERS, BoolArray, FloatArray, IntArray
 from parakin.errors import InputError
 from parakin.model.limits import Limit
 from parakin.solving.results import stop_words
 from parakin.solving.solver import Solver
 from parakin.solving.status import SOLVED, Status
+from parakin.solving.stops import Stops
 from parakin.views.browser.drive import Drive, Stop
 from parakin.views.thinning import every, joined
 
@@ -33,7 +34,8 @@ class Playback:
     platform's point, if there is a platform; `actuators`: names, with `units` and `histories`
     (3, n, actuators) of position, velocity and acceleration; `beyond_limits`: by coordinate or cone
     angle, when it or a derivative of it exceeds its limits (n,); `stop`: why the motion ended
-    early; `note`: that it is thinned.
+    early; `note`: that it is thinned; `stops`, `stopped_by`, `excess`: what stopped each sample, as
+    in results.
     """
 
     name: str
@@ -49,6 +51,9 @@ class Playback:
     conditioning: FloatArray
     residual: FloatArray
     beyond_limits: Mapping[str, BoolArray]
+    stops: Stops
+    stopped_by: IntArray
+    excess: FloatArray
     stop: Stop | None = None
     note: str = ""
 
@@ -59,6 +64,10 @@ class Playback:
     def index(self, at: float) -> int:
         """The sample at a time [s], or the next one."""
         return min(int(np.searchsorted(self.time, at - 1e-9)), len(self.time) - 1)
+
+    def why(self, k: int) -> str:
+        """What stopped a sample, in words; "" where nothing did."""
+        return self.stops.words(int(self.stopped_by[k]), float(self.excess[k]))
 
     def values(self, at: float) -> dict[str, float]:
         """Position of every coordinate at a time [s]."""
@@ -98,6 +107,9 @@ def playback_of(solver: Solver, name: str) -> Playback:
         ds["conditioning"].values,
         ds["residual"].values,
         _beyond_limits(solver.graph.limited, ds),
+        solver.stops,
+        ds["stopped_by"].values,
+        ds["excess"].values,
         stop,
         f", one sample in {stride}" if stride > 1 else "",
     )

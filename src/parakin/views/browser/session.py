@@ -279,6 +279,7 @@ class Session:
             playback.stop if k == len(playback.time) - 1 else None,
             {name: graph.holder(name) for name, when in playback.beyond_limits.items() if when[k]},
             limits=len(graph.limited),
+            because=playback.why(k),
         )
         self.poses += 1
         with self.client.atomic():
