@@ -10,6 +10,7 @@ from parakin.solving.atlas import Atlas
 from parakin.solving.inputs import Guesses, Start
 from parakin.solving.results import Labels
 from parakin.solving.status import (
+    RESIDUAL,
     SOLVED,
     UNREACHED,
     Status,
@@ -122,7 +123,9 @@ class Answers:
         if status.any():
             solved = are(SOLVED, status)
             stopped.number[~solved], stopped.excess[~solved] = 0, np.nan
-            open_ = are(UNREACHED, status)
+            rows = self.outputs
+            closed = columns[rows.residual] <= RESIDUAL * columns[rows.size]
+            open_ = are((*UNREACHED, Status.NOT_REACHED), status) & ~closed
         status[stopped.number > 0] = Status.LIMIT_EXCEEDED
         if open_ is None:
             return stopped

@@ -299,7 +299,7 @@ class Solver:
             stopped = self._atlas.stopped(pieces, len(status))
             status[stopped.number > 0] = Status.LIMIT_EXCEEDED
             crossings.note(samples.time, pieces)
-            self._blame(track, status, stopped, crossings)
+            self._blame(track, samples.time, status, stopped, crossings)
             figures = self._atlas.figures(points, pieces, samples, parallel) if points else None
             verdict = Verdict(status, stopped, crossings.first_at[stopped.number], crossings.words)
             ds = dataset(
@@ -326,16 +326,22 @@ class Solver:
         return dataset(self._labels, motion, time, out, verdict, list(points), figures)
 
     def _blame(
-        self, track: Track, status: StatusArray, stopped: Stopped, crossings: Crossings
+        self,
+        track: Track,
+        time: FloatArray,
+        status: StatusArray,
+        stopped: Stopped,
+        crossings: Crossings,
     ) -> None:
         """Name the loop that cannot be closed, where a motion ends out of reach."""
         ended = np.flatnonzero(are(UNREACHED, status))
         if not len(ended) or track.ending is None:
             return
-        chart, driven, out = track.after_end()
-        if not are(UNREACHED, classify(out.copy(), chart.layout)).any():
+        chart, driven, out = track.after_end(float(time[ended[0]]))
+        open_ = np.flatnonzero(are(UNREACHED, classify(out.copy(), chart.layout)))
+        if not len(open_):
             return
-        number = self._atlas.loop_stops(chart, driven, out)[0]
+        number = self._atlas.loop_stops(chart, driven, out)[open_[0]]
         stopped.number[ended[0]] = number
         if number and np.isfinite(track.ending.time):
             crossings.first_at[number] = track.ending.time

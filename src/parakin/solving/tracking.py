@@ -95,19 +95,17 @@ class Track:
                 start = stop
         return pieces
 
-    def after_end(self) -> tuple[Chart, FloatArray, FloatArray]:
-        """What becomes of the pose just after the ending: the chart, driven values (k, 1) and
-        outputs (rows, 1), of which some are open.
+    def after_end(self, sample: float) -> tuple[Chart, FloatArray, FloatArray]:
+        """What becomes of the pose just after the ending, and at the time of the first sample after
+        it: the chart, driven values (k, 2) and outputs (rows, 2), not all of which are closed.
         """
         assert self._ending is not None
         stretch, nodes = self._walks[-1]
         chart, orders = stretch.chart, len(stretch.chart.layout.iterated)
         last = max(self._ending.time, float(nodes.time[0]))
-        driven = self._course.at(np.array([last + 2 * shortest_interval(last)]), orders)
-        if self._ending.time < nodes.time[0]:  # on the way to where the motion begins
-            driven = nodes.driven[:orders, :, :1]
-        guess = nodes.out[chart.layout.iterated[0], -1:]
-        return chart, driven[0], iterate(chart, driven.reshape(-1, 1), guess)
+        driven = self._course.at(np.array([last + 2 * shortest_interval(last), sample]), orders)
+        guess = nodes.out[chart.layout.iterated[0], -1:].repeat(2, axis=1)
+        return chart, driven[0], iterate(chart, driven.reshape(-1, 2), guess)
 
     def _placed(self, samples: Samples, pieces: list[Piece], parallel: bool) -> bool:
         """Put samples on the walk. False if one did not fit, and the walk was looked into."""
