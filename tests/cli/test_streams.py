@@ -112,7 +112,7 @@ COMMANDS = [
     ("report linkage.toml motion.toml -o x.html", 0),
     ("plot linkage.toml motion.toml -o x.png", 0),
     ("film linkage.toml motion.toml -o x.mp4", 0),
-    ("check linkage.toml", 0),
+    ("check linkage.toml", 1),
     ("check nothing", 2),
     ("view nothing", 2),
     ("nothing", 2),
