@@ -2,6 +2,6 @@
 
 `mechanism` is the description, checked by `validation`, with `limbs` that repeat and `expressions`
 for values. `evaluation` turns it into a `graph` of `joints`, with frames from `placement` and
-`limits`, and its spanning trees. Only data, checked when it is made and never changed. Knows no file, no time and no
-solution.
+`limits`, and its spanning trees. Only data, checked when it is made and never changed. Knows no
+file, no time and no solution.
 """
