@@ -97,6 +97,19 @@ def test_rows_say_which_limit_is_exceeded_by_the_greatest_part_of_its_range(
     assert kept == [True, False, False, True, False, False]  # where NaN is not kept
 
 
+@pytest.mark.filterwarnings("error")
+def test_infinity_is_beyond_every_end_that_is_not_open(rig: parakin.Solver) -> None:
+    rows = rig._chart.limits
+    place = dict(zip(rows.numbers.tolist(), rows.rows.tolist(), strict=True))
+    out = np.zeros((rig._chart.outputs.count, 2))
+    out[place[1]] = 0.3
+    out[place[1], 0] = 0.6
+    out[place[3], 0], out[place[3], 1] = -np.inf, np.inf  # open below
+    found = rows.stopped(out)
+    assert found.number.tolist() == [1, 3]
+    np.testing.assert_allclose(found.excess, [0.05, np.inf])
+
+
 def test_a_configuration_is_held_to_positions_and_cones_alone() -> None:
     graph = graph_of(parakin.load("gough-stewart").model_copy(update={"limits": LIMITS}))
     assert beyond_limits(graph, {"P4": 0.3, "S2.cone": 0.1}) == ()
