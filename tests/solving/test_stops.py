@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import parakin
+from parakin import Status
 from parakin.model.evaluation import graph_of
 from parakin.solving.stops import Stops, beyond_limits, stops_of
 
@@ -97,8 +98,74 @@ def test_rows_say_which_limit_is_exceeded_by_the_greatest_part_of_its_range(
     assert kept == [True, False, False, True, False, False]  # where NaN is not kept
 
 
+@pytest.mark.filterwarnings("error")
+def test_infinity_is_beyond_every_end_that_is_not_open(rig: parakin.Solver) -> None:
+    rows = rig._chart.limits
+    place = dict(zip(rows.numbers.tolist(), rows.rows.tolist(), strict=True))
+    out = np.zeros((rig._chart.outputs.count, 2))
+    out[place[1]] = 0.3
+    out[place[1], 0] = 0.6
+    out[place[3], 0], out[place[3], 1] = -np.inf, np.inf  # open below
+    found = rows.stopped(out)
+    assert found.number.tolist() == [1, 3]
+    np.testing.assert_allclose(found.excess, [0.05, np.inf])
+
+
 def test_a_configuration_is_held_to_positions_and_cones_alone() -> None:
     graph = graph_of(parakin.load("gough-stewart").model_copy(update={"limits": LIMITS}))
     assert beyond_limits(graph, {"P4": 0.3, "S2.cone": 0.1}) == ()
     assert beyond_limits(graph, {"P4": 0.6, "S2.cone": 0.2}) == ("P4", "S2.cone")
     assert beyond_limits(graph, {"P4": math.nan, "S2.cone": 0.1}) == ("P4",)
+
+
+def test_a_limb_that_follows_from_loops_left_open_is_not_to_blame() -> None:
+    """A passive limb of two links beside a hexapod that its legs drive."""
+    legs = parakin.load("gough-stewart")
+    along_x, along_y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+    passive = (
+        parakin.Joint(
+            name="E",
+            kind="universal",
+            parent="base",
+            child="upper",
+            on_parent=parakin.Frame(at=(0.05, 0.02, 0), axis=along_x, x=along_y),
+            on_child=parakin.Frame(axis=along_y, x=(-1.0, 0.0, 0.0)),
+        ),
+        parakin.Joint(
+            name="F",
+            kind="revolute",
+            parent="upper",
+            child="lower",
+            on_parent=parakin.Frame(at=(0, 0, 0.7), axis=along_x),
+            on_child=parakin.Frame(axis=along_x),
+        ),
+        parakin.Joint(
+            name="G",
+            kind="spherical",
+            parent="lower",
+            child="platform",
+            on_parent=parakin.Frame(at=(0, 0, 0.7)),
+        ),
+    )
+    both = legs.model_copy(
+        update={
+            "bodies": (*legs.bodies, parakin.Body(name="upper"), parakin.Body(name="lower")),
+            "joints": (*legs.joints, *passive),
+            "guess": {**legs.guess, "E.1": -0.667, "F": 1.333},
+        }
+    )
+    sliders = [f"P{k}" for k in range(1, 7)]
+    alone, rig = (
+        parakin.compile(m, sliders, coordinates="all", machine_code=False) for m in (legs, both)
+    )
+    rng = np.random.default_rng(0)
+    home = np.array([rig.home[name] for name in sliders])
+    y = home[:, None] + 0.4 * rng.normal(size=(6, 100))
+    at_home = alone.at(y, guess=np.array([alone.home[c] for c in alone.coordinates]))
+    reached = np.isfinite(at_home.position).all(axis=0)
+    tick = rig.at(y, guess=np.array([rig.home[c] for c in rig.coordinates]))
+    named = np.array(rig.stops.names)[np.asarray(tick.stopped_by)]
+    unreached = (Status.OUT_OF_REACH, Status.ITERATION_LIMIT)
+    open_ = np.isin(tick.status, unreached)
+    assert {*named[open_ & np.isin(at_home.status, unreached)]} == {rig.stops.names[1]}
+    assert {*named[open_ & reached]} == {"limb E, F, G"}

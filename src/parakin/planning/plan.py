@@ -78,6 +78,17 @@ class Plan:
         """Coordinates found by iteration, to be given a guess, in the order of input."""
         return [k for block in self.blocks if block.iterated for k in block.unknowns]
 
+    def blocks_before(self, number: int) -> list[int]:
+        """The blocks that one follows from, directly or not, in order of solution."""
+        of = {k: place for place, block in enumerate(self.blocks) for k in block.unknowns}
+        found: set[int] = set()
+        waiting = [number]
+        while waiting:
+            needed = {of[k] for k in self.blocks[waiting.pop()].needs if k in of} - found
+            found |= needed
+            waiting += needed
+        return sorted(found)
+
     @property
     def unsigned(self) -> bool:
         """Whether some figure of conditioning keeps no sign where it passes zero."""

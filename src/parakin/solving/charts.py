@@ -38,6 +38,7 @@ from parakin.solving.status import Layout, Triple, Watched
 from parakin.solving.stops import LimitRows
 
 _STEPS = 3  # Newton steps per run of a kernel: they reach round-off from 0.01 or 0.02 away
+_OPEN = 1e-9  # characteristic lengths: an iterated block farther from closed has not been solved
 _LOOSE = 10.0  # a home held more firmly than one over this costs no digits
 LANES = 8  # columns that machine code computes together: this many, or a divisor
 _SPREAD = 8192  # columns; smaller batches are not worth a second core
@@ -146,8 +147,9 @@ class Chart:
 
     def open_blocks(self, driven: FloatArray, out: FloatArray) -> IndexArray:
         """For poses (k, n) that are not reached, with their outputs (rows, n), the block of the
-        plan that cannot be closed: the first whose form has no root, or else the one of those
-        iterated that is farthest from closed; -1 where there is none.
+        plan that cannot be closed: the first whose form has no root or, where it follows from one
+        iterated that is open, that one; or else the one of those iterated that is farthest from
+        closed; -1 where there is none.
         """
         blocks, place = self.plan.blocks, self.places
         found = np.full(out.shape[1], -1, dtype=np.intp)
@@ -156,7 +158,9 @@ class Chart:
             if known:
                 found[np.isnan(out[known[0]])] = number
         if not all(k in place for k in self.plan.unknowns):
-            return np.where(self._sure[found], found, -1)
+            found = np.where(self._sure[found], found, -1)
+            return self._first_open(found, driven, out)
+        found = self._first_open(found, driven, out)
         rest = np.flatnonzero(found < 0)
         iterated = [number for number, block in enumerate(blocks) if block.iterated]
         if len(iterated) == 1:
@@ -166,6 +170,18 @@ class Chart:
             gaps = np.array([self._gap(blocks[number], q) for number in iterated])
             found[rest] = np.array(iterated)[gaps.argmax(axis=0)]
         return found
+
+    def _first_open(self, found: IndexArray, driven: FloatArray, out: FloatArray) -> IndexArray:
+        """Blocks that have no root or, where one that they follow from is open, that one."""
+        first = found.copy()
+        for number in np.unique(found[found >= 0]).tolist():
+            columns = np.flatnonzero(found == number)
+            before = [k for k in self.plan.blocks_before(number) if self.plan.blocks[k].iterated]
+            for k in reversed(before):
+                q = self._coordinates(driven[:, columns], out[:, columns])
+                gap = self._gap(self.plan.blocks[k], q)
+                first[columns[gap > (_OPEN * self.plan.graph.length) ** 2]] = k
+        return first
 
     @cached_property
     def _sure(self) -> BoolArray:

@@ -188,7 +188,8 @@ class LimitRows:
         if len(samples):
             values = out[np.ix_(self.rows, samples)]
             low, high = self.low[:, None], self.high[:, None]
-            excess = np.where(values < low, values - low, values - high)
+            with np.errstate(invalid="ignore"):  # infinity, beyond no open end
+                excess = np.where(values < low, values - low, values - high)
             excess[~beyond[:, samples]] = 0.0
             span = high - low
             parts = np.abs(excess) / np.where(np.isfinite(span), span, 1.0)

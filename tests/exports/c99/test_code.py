@@ -81,7 +81,17 @@ def test_the_test_program_agrees(name: str, forward: bool, tmp_path: Path) -> No
     compiled(tmp_path, "kernel_test.c", "kernel.c", "-o", "kernel_test")
     done = run(tmp_path, str(tmp_path / "kernel_test"))
     assert done.returncode == 0, done.stdout
-    assert re.match(r"20 poses, 0 flagged, largest relative difference \d", done.stdout)
+    assert re.match(r"20 poses, 0 with another status, largest relative difference \d", done.stdout)
+
+
+def test_the_test_program_knows_poses_beyond_limits_too(tmp_path: Path) -> None:
+    limits = {"A": ("100 deg", "200 deg"), "C.velocity": (-1e-3, 1e-3)}
+    mechanism = parakin.load("slider-crank").model_copy(update={"limits": limits})
+    exports.export(mechanism, tmp_path / "kernel.c")
+    compiled(tmp_path, "kernel_test.c", "kernel.c", "-o", "kernel_test")
+    done = run(tmp_path, str(tmp_path / "kernel_test"))
+    assert done.returncode == 0, done.stdout
+    assert done.stdout.startswith("20 poses, 0 with another status, ")
 
 
 @pytest.mark.parametrize("forward", [False, True])

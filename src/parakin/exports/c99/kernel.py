@@ -23,6 +23,7 @@ _STRICT = """#if defined(__FAST_MATH__) || defined(_M_FP_FAST) || \\
 #error "-ffast-math takes NaN for a number: compile this file without it"
 #endif
 """
+_SETTLED = 1e-7  # radians and characteristic lengths: Newton's steps are shorter when it is there
 
 
 def kernel(solver: Solver, names: Names) -> str:
@@ -80,6 +81,9 @@ class _Kernel:
 static const int unknown[{n}] = {{{_listed(places)}}};
 static const int loop[{n}] = {{{_listed(stops)}}};
 """
+            if any(self._follows):
+                yield "/* Whether a block follows from one that is iterated. */"
+                yield f"static const int follows[{n}] = {{{_listed(self._follows)}}};\n"
         if len(self._angles):
             yield f"static const int angles[{len(self._angles)}] = {{{_listed(self._angles)}}};\n"
 
@@ -89,6 +93,13 @@ static const int loop[{n}] = {{{_listed(stops)}}};
         place = {c: row for row, c in enumerate(self.rows.coordinates)}
         blocks, stops = self.solver.plan.blocks, self.solver.stops.blocks
         return [(place[b.unknowns[0]], stop) for b, stop in zip(blocks, stops, strict=True)]
+
+    @cached_property
+    def _follows(self) -> list[bool]:
+        """For each block of the plan, whether it follows from one that is iterated."""
+        plan = self.solver.plan
+        numbers = range(len(plan.blocks))
+        return [any(plan.blocks[k].iterated for k in plan.blocks_before(n)) for n in numbers]
 
     @cached_property
     def _angles(self) -> list[int]:
@@ -221,7 +232,7 @@ int {name}_solve(const double *y, const double *yd, const double *ydd, {name}_st
 
     def _blamed(self) -> str:
         """Note which loop cannot be closed: of the first unknown that is none, or the only one that
-        is iterated.
+        is iterated. Where Newton has not settled, it is to blame for what follows from it.
         """
         if not self._unknowns:
             return ""
@@ -230,13 +241,26 @@ int {name}_solve(const double *y, const double *yd, const double *ydd, {name}_st
             stop for b, stop in zip(self.solver.plan.blocks, stops, strict=True) if b.iterated
         ]
         otherwise = iterated[0] if len(iterated) == 1 else 0
-        residual = self.rows.residual
+        residual, k, m = self.rows.residual, self.driven, len(self.iterated)
+        told, settled = "loop[i]", ""
+        if any(self._follows):
+            told = f"follows[i] && !settled ? {otherwise} : loop[i]"
+            near = _SETTLED * min(1.0, self.solver.graph.length)
+            settled = f"""\
+        double again[{m}];
+        int settled = 1;
+
+        newton_step(step, again);
+        for (i = 0; i < {m}; ++i)
+            if (!(fabs(again[i] - step[{k} + i]) <= {near!r}))
+                settled = 0;
+"""
         return f"""\
     if (!(out[{residual}] <= {RESIDUAL!r}*out[{self.rows.size}])) {{
-        state->stopped_by = {otherwise};
+{settled}        state->stopped_by = {otherwise};
         for (i = {len(self._unknowns) - 1}; i >= 0; --i)
             if (out[unknown[i]] != out[unknown[i]])
-                state->stopped_by = loop[i];
+                state->stopped_by = {told};
     }}
 """
 
