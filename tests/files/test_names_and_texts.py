@@ -37,7 +37,7 @@ def test_names_that_are_not_utf_8_are_written_and_read(command: list[str], here:
     )
     odd = [word.replace("M", f"{ODD}.toml").replace("x.", f"{ODD}x.") for word in command]
     code, err = in_a_process(*odd)
-    assert code == 0, err
+    assert code == (1 if command[0] == "check" else 0), err  # as the linkage is warned of
     assert "Traceback" not in err
     if command[0] != "check":
         assert Path(odd[-1]).stat().st_size

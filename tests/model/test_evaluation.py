@@ -98,3 +98,10 @@ def test_a_spherical_joints_cone_angle_may_have_limits() -> None:
     graph = graph_of(ball)
     assert graph.limits("B.cone") == pytest.approx((0.0, math.pi / 6))
     assert graph.holder("B.cone") == 0
+
+
+def test_lengths_whose_squares_would_overflow_are_refused() -> None:
+    far = Frame(at=("1e150", 0, 0))
+    joints = (Joint(name="B", kind="revolute", parent="base", child="a", on_parent=far),)
+    with pytest.raises(InputError, match=r"joints\.B: found a frame 1e\+150 m away; expected less"):
+        graph_of(Mechanism(name="m", bodies=(Body(name="a"),), joints=joints))

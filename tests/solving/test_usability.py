@@ -124,3 +124,41 @@ def test_coordinates_are_to_round_off(name: str, driven: list[str] | None) -> No
         assert tick.residual < 1e-14 * max(1.0, 10 * solver.graph.length)
         off = max(abs(there.home[n] - value) for n, value in mode.coordinates.items())
         assert off < 1e-13 / max(mode.conditioning, 1e-3)
+
+
+def test_an_angle_beyond_a_limit_is_turned_to_where_it_keeps_it() -> None:
+    """The crossed four-bar: its rocker stands at -98 or, which is the same, at 262 degrees."""
+    linkage = parakin.load("four-bar").model_copy(update={"limits": {"D": (0.0, 6.2)}})
+    solver = parakin.compile(linkage, machine_code=False)
+    open_, crossed = parakin.modes(solver).modes
+    assert (open_.usable, crossed.usable) == (True, True)
+    assert math.degrees(crossed.coordinates["D"]) == pytest.approx(262.0, abs=0.1)
+    there = parakin.compile(linkage, machine_code=False, near=crossed.coordinates)
+    assert there.home["D"] == pytest.approx(crossed.coordinates["D"], abs=1e-12)
+    assert there.at([there.home["A"]]).status == 0
+    narrow = linkage.model_copy(update={"limits": {"D": (0.0, 4.5)}})
+    assert not parakin.modes(parakin.compile(narrow, machine_code=False)).modes[1].usable
+
+
+@pytest.mark.parametrize(
+    ("name", "driven"),
+    [
+        ("wrist-on-delta", ["W1", "W2", "W3", "A1", "A2", "A3"]),
+        ("hexapod-on-3rps", [f"{k}{i}" for k in "LP" for i in (1, 2, 3)]),
+    ],
+)
+def test_a_platforms_angles_are_named_as_its_solver_names_them(
+    name: str, driven: list[str]
+) -> None:
+    solver = parakin.compile(name, machine_code=False)
+    try:
+        solver = parakin.compile(name, driven, machine_code=False, coordinates="all")
+    except parakin.ParakinError:
+        pytest.skip("not driven so")
+    for mode in parakin.modes(solver).modes[:6]:
+        there = parakin.compile(
+            name, driven, machine_code=False, coordinates="all", near=mode.coordinates
+        )
+        for label in ("roll", "pitch", "yaw"):
+            ours, theirs = mode.coordinates[f"platform.{label}"], there.home[f"platform.{label}"]
+            assert math.cos(ours - theirs) == pytest.approx(1.0, abs=1e-12)

@@ -314,3 +314,30 @@ def test_results_keep_it_in_files(rig: Rig, tmp_path: Path) -> None:
     with xr.open_dataset(tmp_path / "rig.nc") as read:
         xr.testing.assert_allclose(read.load(), ds, rtol=0, atol=1e-12)
         assert read.attrs["stops_met"] == ds.attrs["stops_met"]
+
+
+def test_full_turns_of_an_angle_that_is_not_reported_count(tmp_path: Path) -> None:
+    """The connecting rod of a slider-crank, which turns once with the crank: in ticks one after the
+    other and in C as along the motion.
+    """
+    limited = parakin.load("slider-crank").model_copy(update={"limits": {"B": (-3.5, math.inf)}})
+    whole = parakin.compile(limited, coordinates="all")
+    few = parakin.compile(limited, coordinates=["A"])
+    law = parakin.laws.polynomial345(whole.home["A"], 2 * math.pi, 1.0)
+    motion = parakin.from_laws("turn", {"A": law}, 1.0, 100.0)
+    expected = whole.solve(motion)
+    beyond = expected["position"].sel(coordinate="B").values < -3.5
+    assert 0 < beyond.sum() < len(beyond)
+    np.testing.assert_array_equal(expected["status"] == Status.LIMIT_EXCEEDED, beyond)
+    np.testing.assert_array_equal(few.solve(motion)["status"], expected["status"])
+    driven = expected["position"].sel(coordinate="A").values
+    tick = few.at(driven[:1])
+    for y, flagged in zip(driven, beyond, strict=True):
+        tick = few.at([y], guess=tick)
+        assert (tick.status == Status.LIMIT_EXCEEDED) == flagged
+    again = few.at(driven[None, -1:], guess=few.at(driven[None, -1:], guess=tick))
+    assert again.why() == tick.why() != ""
+    if COMPILER is not None:
+        parakin.export(limited, tmp_path / "crank.c")
+        header = (tmp_path / "crank.h").read_text()
+        assert "CRANK_B = " in header  # in the state, by which its turns are counted

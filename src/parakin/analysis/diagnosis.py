@@ -34,13 +34,14 @@ _LISTED = 5  # places named in a warning
 class Diagnosis:
     """What `check` found.
 
-    graph, home: the mechanism in numbers, and all coordinates as it is assembled; mobility: its
-    mobility there. refusal: why it cannot be solved for what is driven, or None. warnings: what
-    would be flagged at the first sample of a motion, and what is likely a slip in the file.
+    graph, home: the mechanism in numbers, and all coordinates as it is assembled, as their joints
+    count; mobility: its mobility there. refusal: why it cannot be solved for what is driven, or
+    None. warnings: what would be flagged at the first sample of a motion, and what is likely a slip
+    in the file.
     """
 
     graph: Graph
-    home: Configuration
+    home: tuple[float, ...]
     mobility: Mobility
     refusal: DrivenError | AssemblyError | None
     warnings: tuple[str, ...]
@@ -70,7 +71,7 @@ def diagnosis(mechanism: Mechanism) -> Diagnosis:
         refusal = error
     else:
         warnings += _flags(solver)
-    return Diagnosis(graph, home, found, refusal, tuple(warnings))
+    return Diagnosis(graph, tuple(home.q.tolist()), found, refusal, tuple(warnings))
 
 
 def _check_motions(graph: Graph, home: Configuration, bare: list[Bare]) -> None:

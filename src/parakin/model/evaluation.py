@@ -14,6 +14,7 @@ from parakin.model.limits import limits_of
 from parakin.model.mechanism import MAX_JOINTS, Joint, Mechanism, Platform
 from parakin.model.placement import AXES, evaluated, placement_of
 
+_FARTHEST = 1e100  # [m]: products of lengths stay finite
 _CONED = ("spherical", "universal")  # kinds of joints that have a cone angle
 
 
@@ -42,7 +43,11 @@ def graph_of(mechanism: Mechanism, bare: list[Bare] | None = None) -> Graph:
         pose = _pose(mechanism.platform, bodies, points, len(coordinates))
         coordinates += _pose_coordinates(mechanism.platform, len(joints))
         joints.append(pose)
-    reach = [math.hypot(*place.p) for j in joints for place in (j.F, j.M)]
+    reach = {j.name: max(math.hypot(*j.F.p), math.hypot(*j.M.p)) for j in joints}
+    for name, far in reach.items():
+        if not far < _FARTHEST:
+            expected = f"less than {_FARTHEST:g} m"
+            raise InputError(f"{where}: joints.{name}", f"a frame {far:g} m away", expected)
     named = _Named(mechanism, parameters, joints, coordinates)
     named.check_lists()
     return Graph(
@@ -58,7 +63,7 @@ def graph_of(mechanism: Mechanism, bare: list[Bare] | None = None) -> Graph:
         named.positions("stated"),
         named.positions("guess"),
         frozenset(named.numbers[name] for name in mechanism.from_home),
-        max(reach, default=0.0) or 1.0,
+        max(reach.values(), default=0.0) or 1.0,
     )
 
 

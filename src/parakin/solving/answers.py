@@ -21,8 +21,6 @@ from parakin.solving.status import (
 from parakin.solving.stops import Stopped
 from parakin.solving.tick import Tick
 
-_REGARDLESS = (Status.CONVERGED, Status.SINGULAR)  # of what the guess was
-
 
 class Answers:
     """The verdict on poses solved on the chart of home, and the `Tick` that reports it."""
@@ -96,8 +94,7 @@ class Answers:
         if not isinstance(walked, int) or walked:
             status = np.where(walked, walked, status).astype(np.int8)
         if sound is not None:
-            bad = are(_REGARDLESS, status) & ~sound
-            status[bad] = Status.OUT_OF_REACH
+            status[~sound] = Status.OUT_OF_REACH
         if singular:
             self.atlas.exchange(columns, inputs, status)
         if within is not None and start is not None and self.iterated:
@@ -105,7 +102,7 @@ class Answers:
             ended = columns[self.layout.iterated[0]] if found is None else found
             near = np.abs(ended - begun).max(axis=0) <= within
             status[are(SOLVED, status) & ~near] = Status.BRANCH_CHANGE
-        if self.layout.triples:
+        if self.layout.undefined:
             undefined = blank_undefined(columns, self.layout)
             status[undefined & (status == Status.CONVERGED)] = Status.ANGLES_UNDEFINED
         return status, found
@@ -166,6 +163,7 @@ class Answers:
             number,
             excess,
             self.labels.stops,
+            out[self.guesses.turning],
         )
 
     @cached_property

@@ -293,6 +293,7 @@ def layout_of(plan: Plan, outputs: Outputs, reported: int) -> Layout:
         np.array(angles, dtype=np.intp),
         plan.unsigned,
         tuple(_triples(plan, outputs, reported)),
+        tuple(row for c, row in place.items() if isinstance(c, str)),
         _watched(
             plan, outputs, {place[k]: u for k, u in zip(unknowns, units, strict=True)}, angles
         ),

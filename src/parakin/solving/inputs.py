@@ -21,10 +21,13 @@ _WILD = 1e100  # numbers beyond this may overflow on the way to accelerations
 
 
 class Start(NamedTuple):
-    """A guess: positions as reported, and iterated coordinates."""
+    """A guess: positions as reported, iterated coordinates, and, if they are known, angles that are
+    limited and not reported.
+    """
 
     position: FloatArray
     iterated: FloatArray
+    turned: FloatArray | None = None
 
 
 def stacked(
@@ -75,13 +78,15 @@ def _distance(one: FloatArray, other: FloatArray) -> float:
 @dataclass(frozen=True)
 class Guesses:
     """How a solver reads guesses. home: positions of reported coordinates there. iterated: names of
-    those that need a guess; hidden: which of them are not reported.
+    those that need a guess; hidden: which of them are not reported. turning: rows of angles that
+    are limited and not reported.
     """
 
     layout: Layout
     home: FloatArray
     iterated: tuple[str, ...]
     hidden: tuple[str, ...]
+    turning: IndexArray
 
     def start_of(self, guess: ArrayLike | Tick, shape: tuple[int, ...]) -> Start:
         """A guess in parts. Raises InputError where it does not fit poses of this shape."""
@@ -98,11 +103,14 @@ class Guesses:
             names = ", ".join(self.hidden)
             expected = f"a Tick, since {names} are iterated and not among the coordinates"
             raise InputError("guess", "positions alone", expected)
+        turned = None
+        if tick is not None and len(self.turning) and len(tick.turned) == len(self.turning):
+            turned = tick.turned
         if tick is None or not (self.hidden or len(tick.iterated)):
-            return Start(position, position[self.layout.iterated[0]])
+            return Start(position, position[self.layout.iterated[0]], turned)
         if tick.iterated.shape != (len(self.iterated), *position.shape[1:]):
             raise InputError("guess", "a Tick of another solver", "one of this solver's own")
-        return Start(position, tick.iterated)
+        return Start(position, tick.iterated, turned)
 
     def _defined(self, tick: Tick) -> FloatArray:
         """Positions of a tick, those angles at home that are not defined there."""
@@ -117,6 +125,9 @@ class Guesses:
         as far as a glance shows.
         """
         rows, guess, alone = self._angles, start.position, out.ndim == 1
+        if start.turned is not None:
+            near = start.turned[:, None] if start.turned.ndim < out.ndim else start.turned
+            out[self.turning] = nearest_angle(out[self.turning], to=near)
         if alone and not self.hidden and _distance(guess, out[: len(guess)]) <= 3.0:
             return True  # which is false of NaN
         if len(rows):
@@ -131,7 +142,7 @@ class Guesses:
         finite: BoolArray = np.logical_and.reduce(np.isfinite(inputs.reshape(len(inputs), -1)))
         if start is None:
             return finite
-        guess, found = (a if a.ndim == 2 else a[:, None] for a in start)
+        guess, found = (a if a.ndim == 2 else a[:, None] for a in start[:2])
         numbers = np.concatenate([guess, found])
         angles = np.abs(guess[self._angles])
         sound: BoolArray = np.isfinite(numbers).all(axis=0)

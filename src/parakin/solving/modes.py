@@ -7,6 +7,7 @@ the assembly modes.
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -28,9 +29,11 @@ from parakin.planning.plan import Plan
 from parakin.solving.assemblies import CLOSED, assembled_from
 from parakin.solving.solver import Solver
 from parakin.solving.status import SINGULAR
+from parakin.solving.stops import keeps
 from parakin.solving.usability import limits_exceeded, turned_through
 from parakin.solving.walking import CLOSED as AT_ONCE
 
+_AT_HOME = 1e-4  # radians and characteristic lengths: farther away is another mode
 _SAME = 1e-6  # radians and characteristic lengths: how much two copies of one assembly may differ
 _RESTS = 1e-9  # rates below this are none
 _LOCKED = 1e-6  # cosine of the second of three angles: the others are not well defined
@@ -180,6 +183,9 @@ def _sorted_out(
         position = home + _wrapped(graph, at[:, nearest] - home)
         if rough[members[nearest]]:
             position = _to_round_off(plan, position)
+        if float(away[nearest]) >= _AT_HOME:
+            position = _named_as_read(plan, position, home)
+            position = _turned_within_limits(plan, position)
         mode = Mode(
             "",
             {graph.coordinates[k].name: float(position[k]) for k in everything},
@@ -200,9 +206,40 @@ def _sorted_out(
         )
     )
     return tuple(
-        replace(mode, name="home" if distance < 1e-4 else str(number))
+        replace(mode, name="home" if distance < _AT_HOME else str(number))
         for number, (distance, mode) in enumerate(found, start=1)
     )
+
+
+def _named_as_read(plan: Plan, q: FloatArray, home: FloatArray) -> FloatArray:
+    """Coordinates with the platform's angles named as a solver that reads them off names them, the
+    second within 90° of zero, unless one of them is driven.
+    """
+    angles = _platform_angles(plan.graph)
+    if not angles or {*angles} & {*plan.driven} or math.cos(q[angles[1]]) >= 0.0:
+        return q
+    named = q.copy()
+    named[angles] = q[angles[0]] + math.pi, math.pi - q[angles[1]], q[angles[2]] + math.pi
+    named[angles] = nearest_angle(named[angles], to=home[angles])
+    return named
+
+
+def _turned_within_limits(plan: Plan, q: FloatArray) -> FloatArray:
+    """Coordinates with angles that exceed a limit turned full turns to where they keep it, if there
+    is such a turn. (A screw's turns are not all the same.)
+    """
+    graph, turned = plan.graph, q.copy()
+    numbers = {c.name: k for k, c in enumerate(graph.coordinates)}
+    for limit in graph.limited:
+        k = numbers.get(limit.coordinate)
+        if limit.order or k is None or k in plan.driven or not graph.coordinates[k].angle:
+            continue
+        if graph.joints[graph.coordinates[k].joint].kind == "helical":
+            continue
+        least = turned[k] + 2 * math.pi * math.ceil((limit.low - turned[k]) / (2 * math.pi))
+        if not keeps(graph, limit, float(turned[k])) and math.isfinite(least):
+            turned[k] = least if keeps(graph, limit, least) else turned[k]
+    return turned
 
 
 def _to_round_off(plan: Plan, q: FloatArray) -> FloatArray:

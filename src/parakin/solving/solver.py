@@ -25,7 +25,7 @@ from parakin.planning.plan import Plan
 from parakin.solving.answers import Answers
 from parakin.solving.atlas import Atlas
 from parakin.solving.bodies import points_of
-from parakin.solving.charts import Chart
+from parakin.solving.charts import Chart, limited
 from parakin.solving.crossings import Crossings
 from parakin.solving.from_home import from_home, home_state, home_values
 from parakin.solving.inputs import Guesses, all_bounded, stacked
@@ -90,9 +90,16 @@ class Solver:
         self.iterated = tuple(self._name(c) for c in self._iterated)
         hidden = tuple(n for n in self.iterated if n not in self.coordinates)
         at_home = np.array([self.home.get(name, np.nan) for name in self.coordinates])
-        self._guesses = Guesses(self.layout, at_home, self.iterated, hidden)
+        limited_angles = [
+            row
+            for row in self.layout.angles.tolist()
+            if row >= reported and outputs.coordinates[row] in limited(graph)
+        ]
+        turning = np.array(limited_angles, dtype=np.intp)
+        self._guesses = Guesses(self.layout, at_home, self.iterated, hidden, turning)
         self._answers = Answers(self._atlas, self._guesses, self._labels)
         self._run = self._chart.run
+        self._undefined = self.layout.undefined
         _ = self._chart.kernel  # compiled now and not at the first pose
 
     def __reduce__(self) -> tuple[Callable[[bytes], Solver], tuple[bytes]]:
@@ -124,9 +131,10 @@ class Solver:
         SI; rates are zero by default.
         guess: an earlier `Tick`, or positions in rows like `coordinates`, one column for all poses
         or one each. Iterated coordinates start from it, and angles are returned within half a turn
-        of it. Without a guess, angles are returned within half a turn of home. A solver with closed
-        forms alone then stays on home's branch; one that iterates walks straight from home to each
-        pose, in small steps, and returns the assembly that it reaches, or a flag.
+        of it; so are, for their limits, angles that are not reported, if it is a Tick. Without a
+        guess, angles are returned within half a turn of home. A solver with closed forms alone then
+        stays on home's branch; one that iterates walks straight from home to each pose, in small
+        steps, and returns the assembly that it reaches, or a flag.
         within: how far from the guess an iterated coordinate may be [m or rad]; anything farther
         is flagged as a branch change.
         parallel: use all cores.
@@ -152,7 +160,7 @@ class Solver:
         if plain and not checked:
             good = 0 if out.ndim == 1 else np.zeros(out.shape[1], dtype=np.int8)
             return self._answers.tick(out, good, np.nan, np.nan)
-        if plain and out.ndim == 1 and within is None and not walked and not self.layout.triples:
+        if plain and out.ndim == 1 and within is None and not walked and not self._undefined:
             residual, conditioning, _, size, _ = out[self._outputs.figures].tolist()
             closed = residual <= RESIDUAL * size and conditioning >= SINGULAR
             if closed and self._chart.limits.kept(out):

@@ -15,6 +15,7 @@ from parakin.kernel.outputs import Outputs
 RESIDUAL = 1e-12  # of the lengths subtracted in the loops: a residual that counts as closed
 # Cosines of the second of three angles. Below the first the other two angles are undefined; below
 # the rest so are their first, second and third derivatives, each of which magnifies rounding more.
+# So do those of a cone angle, by its sine.
 LOCKED = (1e-8, 1e-5, 3e-4, 2e-3)
 _UPRIGHT = 1.5  # rad: angles smaller than this have no small cosine
 TURNS = 1e6  # of an angle: beyond them it is not known to 1e-9 rad
@@ -77,8 +78,8 @@ class Layout:
     `unknowns`: rows of all that is solved for, and `units` of these, 1 for angles, else the
     characteristic length. `angles`: rows of angles that are found within half a turn of home.
     `unsigned`: whether some figure of conditioning is as large on either side of a singularity.
-    `triples`: angles that are not defined everywhere. `watched`: what continuity is asked of,
-    unknowns and angles.
+    `triples`: angles that are not defined everywhere. `cones`: rows of cone angles. `watched`: what
+    continuity is asked of, unknowns and angles.
     """
 
     outputs: Outputs
@@ -89,7 +90,13 @@ class Layout:
     angles: IndexArray
     unsigned: bool
     triples: tuple[Triple, ...]
+    cones: tuple[int, ...]
     watched: Watched
+
+    @property
+    def undefined(self) -> bool:
+        """Whether something in it is not defined everywhere."""
+        return bool(self.triples or (self.cones and self.outputs.derivatives))
 
 
 class Watched(NamedTuple):
@@ -127,7 +134,10 @@ def classify(out: FloatArray, layout: Layout) -> StatusArray:
 
 
 def blank_undefined(out: FloatArray, layout: Layout) -> BoolArray:
-    """Make undefined angles and their rates NaN. Returns which samples (n,) have any."""
+    """Make undefined angles and their rates NaN. Returns which samples (n,) have any.
+
+    The rates of a cone angle near 0 or 180° are NaN too, but count for nothing: it has kinks there.
+    """
     found = np.zeros(out.shape[1], dtype=bool)
     for rows, second, same in layout.triples:
         if not same and np.abs(out[second]).max(initial=0.0) < _UPRIGHT:
@@ -139,4 +149,9 @@ def blank_undefined(out: FloatArray, layout: Layout) -> BoolArray:
             if undefined.any():
                 found |= undefined
                 out[np.ix_(layout.outputs.derivative(rows, order), undefined)] = np.nan
+    for row in layout.cones:
+        with np.errstate(invalid="ignore"):
+            sine = np.abs(np.sin(out[row]))
+        for order in range(1, 1 + layout.outputs.derivatives):
+            out[layout.outputs.derivative(row, order), sine < LOCKED[order]] = np.nan
     return found

@@ -20,7 +20,8 @@ class Tick(NamedTuple):
     iterated coordinates, if `position` does not contain them: a next call needs them to start from
     here. `units`: "m" or "rad" for each coordinate. `stopped_by`: the number in `stops` of what
     stopped it, 0 for nothing; `excess`: how far it is above an upper or, if negative, below a lower
-    limit [SI], NaN where it exceeds none.
+    limit [SI], NaN where it exceeds none. `turned`: angles that are limited and not reported, so
+    that a next call that starts from here counts their turns on.
 
     Not a Dataset, because building one would take too long in a control loop.
     """
@@ -38,6 +39,7 @@ class Tick(NamedTuple):
     stopped_by: int | IndexArray
     excess: float | FloatArray
     stops: Stops
+    turned: FloatArray
 
     def why(self, pose: int = 0) -> str:
         """What stopped it, or one pose of a batch: "P6 at 1.262 m, limit 1.260 m", "limb A1, B1, C1

@@ -44,7 +44,7 @@ def _table(*headings: str) -> Table:
 
 def mechanism_report(found: Diagnosis) -> RenderableType:
     """Home and mobility of a mechanism, and warnings: what `parakin check` prints."""
-    graph, home = found.graph, found.home.q
+    graph, home = found.graph, np.array(found.home)
     mechanism = graph.mechanism
     lines = [Text(f"{mechanism.name}: {mechanism.title or 'a mechanism'}", style="bold")]
     if mechanism.source:

@@ -25,9 +25,11 @@ def c_code(
     if solver.plan.graph.twins and solver.iterated:
         reason = "home is where three angles are not defined"
         raise AssemblyError(f"{mechanism.where}: no C code for these driven coordinates: {reason}")
-    outputs = {*solver.coordinates, *solver.iterated}
+    graph = solver.graph
+    limited = {limit.coordinate for limit in graph.limited} - {*graph.cones}  # in whatever turn
+    outputs = {*solver.coordinates, *solver.iterated, *filter(graph.is_angle, limited)}
     if outputs > set(solver.coordinates):  # the next pose is found from this one's state alone
-        wanted = [c.name for c in solver.graph.coordinates if c.name in outputs]
+        wanted = [c.name for c in graph.coordinates if c.name in outputs]
         solver = compile_mechanism(mechanism, driven, coordinates=wanted, machine_code=False)
     names = Names(stem)
     return kernel(solver, names), header(solver, names), comparison(solver, names)
