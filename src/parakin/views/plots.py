@@ -11,7 +11,7 @@ import numpy as np
 from parakin.arrays import ORDERS, PER_TIME
 from parakin.errors import InputError, nearest
 from parakin.files.writing import check_suffix, write_figure
-from parakin.solving.status import Status
+from parakin.views.flags import flagged_spans
 from parakin.views.thinning import thinned
 from parakin.views.units import DEGREES
 
@@ -138,9 +138,8 @@ def _draw(
     axes.grid(visible=True, linewidth=0.3, color="0.8")
     axes.margins(x=0)
     axes.axhline(0.0, color="0.5", linewidth=0.5, zorder=0)
-    bad = ds["time"].values[ds["status"].values != Status.CONVERGED]
-    if len(bad):
-        axes.axvspan(float(bad[0]), float(bad[-1]), color="#D55E00", alpha=0.12, linewidth=0)
+    for span in flagged_spans(ds):
+        axes.axvspan(*span, color="#D55E00", alpha=0.12, linewidth=0)
 
 
 def save(figure: Figure, path: Path) -> None:

@@ -11,8 +11,8 @@ import numpy as np
 
 from parakin.analysis.singularities import Closeness
 from parakin.arrays import ORDERS, PER_TIME, FloatArray
-from parakin.solving.status import Status
 from parakin.views.extremes import Extremes
+from parakin.views.flags import flagged_spans
 from parakin.views.scheme.sheet import STYLE
 from parakin.views.thinning import thinned
 from parakin.views.units import unit_of
@@ -180,6 +180,5 @@ def _finish(axes: Axes, ds: xr.Dataset | None) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_xlabel("time [s]", fontsize=6.5, labelpad=1)
     if ds is not None:
-        bad = ds["time"].values[ds["status"].values != Status.CONVERGED]
-        if len(bad):
-            axes.axvspan(float(bad[0]), float(bad[-1]), color=_FLAG, alpha=0.12, linewidth=0)
+        for span in flagged_spans(ds):
+            axes.axvspan(*span, color=_FLAG, alpha=0.12, linewidth=0)
