@@ -154,3 +154,17 @@ def test_the_catalogue_is_sound(name: str) -> None:
     found = parakin.check(name)
     assert found.warnings == ()
     assert (found.refusal is None) == (name != "flight-simulator-upu")
+
+
+def test_a_parameter_in_bare_degrees_is_told_where_its_sine_is_taken(tmp_path: Path) -> None:
+    more = '[parameters]\nq = 20\nr = "20 deg"\nn = 20\n'
+    arm = 'B = { kind = "revolute", parent = "crank", child = "rod", on_parent.at = '
+    more = f'{arm}["cos(q)", "sin(r)", "n/20"] }}\n[bodies.rod]\n{more}'
+    (warning,) = parakin.check(given(tmp_path, more, '["A"]', '["A", "B"]')).warnings
+    assert "parameters.q = 20. Perhaps '20 deg' was meant" in warning
+
+
+def test_a_choice_that_cannot_be_driven_is_told_before_its_motions(tmp_path: Path) -> None:
+    path = tmp_path / "few.toml"
+    path.write_text('name = "few"\nvariant_of = "gough-stewart"\ndriven = ["platform.x"]\n')
+    assert "mobility is 6" in str(parakin.check(path).refusal)

@@ -90,7 +90,7 @@ def test_windows_cut_no_crossing(size: int) -> None:
     joined = np.concatenate([part["first_at"].values for part in parts])
     np.testing.assert_array_equal(joined, whole["first_at"].values)
     assert parts[-1].attrs["stops_met"] == whole.attrs["stops_met"]
-    met = [part.split(" at ")[0] for part in str(whole.attrs["stops_met"]).split(", ")]
+    met = [part.split()[0] for part in str(whole.attrs["stops_met"]).split(", ")]
     assert met == ["P.velocity", "P"]
 
 
@@ -115,3 +115,16 @@ def test_iterated_coordinates_cross_where_finer_samples_do() -> None:
     np.testing.assert_allclose(
         ours["first_at"].values[beyond], theirs["first_at"].values[beyond], atol=1e-7
     )
+
+
+def test_each_end_of_a_limit_has_its_own_crossing() -> None:
+    """There and back again, beyond both ends: a sine of 0.3 m, once in 2 s."""
+    mechanism = slide({"P": (-0.2, 0.1)}, 100)[0].mechanism
+    laws = {"P": {"law": "sine", "amplitude": 0.3, "frequency": 0.5}}
+    mechanism = mechanism.model_copy(update={"motions": {"go": {"duration": 2.0, "laws": laws}}})
+    ds = parakin.compile(mechanism, machine_code=False).solve("go")
+    excess, first = ds["excess"].values, ds["first_at"].values
+    up, down = math.asin(1 / 3) / math.pi, 1.0 + math.asin(2 / 3) / math.pi
+    np.testing.assert_allclose(first[excess > 0], up, atol=2e-9)
+    np.testing.assert_allclose(first[excess < 0], down, atol=2e-9)
+    assert ds.attrs["stops_met"] == f"P > 0.1 m at t = {up:.4g} s, P < -0.2 m at t = {down:.4g} s"

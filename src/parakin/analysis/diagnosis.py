@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -58,20 +59,38 @@ def diagnosis(mechanism: Mechanism) -> Diagnosis:
     home = assembled(graph)
     bare = [b._replace(place=b.place.removeprefix(f"{mechanism.where}: ")) for b in bare]
     found = mobility(graph, home, len(mechanism.driven))
-    _check_motions(graph, home, bare)
+    refusal, solver = _compiled(mechanism)
+    if refusal is None:
+        _check_motions(graph, home, bare)
+    bare += _turning(mechanism, graph)
     warnings = [*_limits(graph, home), *_strays(graph, home), *_units(graph, home, bare)]
     if found.special:
         warnings.append(
             f"home is special: mobility {found.home} there, {min(found.nearby)} in general"
         )
-    refusal: DrivenError | AssemblyError | None = None
-    try:
-        solver = compile_mechanism(mechanism, machine_code=False)
-    except (DrivenError, AssemblyError) as error:
-        refusal = error
-    else:
+    if solver is not None:
         warnings += _flags(solver)
     return Diagnosis(graph, tuple(home.q.tolist()), found, refusal, tuple(warnings))
+
+
+def _compiled(
+    mechanism: Mechanism,
+) -> tuple[DrivenError | AssemblyError | None, Solver | None]:
+    """Why it cannot be solved for what is driven, or a solver."""
+    try:
+        return None, compile_mechanism(mechanism, machine_code=False)
+    except (DrivenError, AssemblyError) as error:
+        return error, None
+
+
+def _turning(mechanism: Mechanism, graph: Graph) -> list[Bare]:
+    """Parameters without a unit, above a turn, whose sine, cosine or tangent is taken."""
+    text = mechanism.model_dump_json()
+    return [
+        Bare(f"parameters.{name}", graph.parameters[name], ANGLE)
+        for name, given in mechanism.parameters.items()
+        if not isinstance(given, str) and re.search(rf"\b(?:sin|cos|tan)\([^()]*\b{name}\b", text)
+    ]
 
 
 def _check_motions(graph: Graph, home: Configuration, bare: list[Bare]) -> None:

@@ -93,6 +93,8 @@ def _dimension(angle: bool, order: int) -> Dimension:
 
 def _end(end: Quantity, parameters: Parameters, dimension: Dimension, place: str) -> float:
     """One end of a range; a bare infinity leaves it open."""
+    if isinstance(end, str) and end.strip() in ("inf", "+inf", "-inf"):
+        end = float(end)
     if isinstance(end, float) and math.isinf(end):
         return end
     return parameters.evaluate(end, dimension, place)

@@ -309,7 +309,7 @@ class Solver:
             crossings.note(samples.time, pieces)
             self._blame(track, samples.time, status, stopped, crossings)
             figures = self._atlas.figures(points, pieces, samples, parallel) if points else None
-            verdict = Verdict(status, stopped, crossings.first_at[stopped.number], crossings.words)
+            verdict = Verdict(status, stopped, crossings.of(stopped), crossings.words)
             ds = dataset(
                 self._labels, motion, samples.time, out, verdict, list(points), figures, last
             )
@@ -352,7 +352,7 @@ class Solver:
         number = self._atlas.loop_stops(chart, driven, out)[open_[0]]
         stopped.number[ended[0]] = number
         if number and np.isfinite(track.ending.time):
-            crossings.first_at[number] = track.ending.time
+            crossings.first_at[1, number] = track.ending.time
 
     def _driving(self, motion: Motion) -> Motion:
         """The motion, its rows in the order of the driven coordinates, if it can be solved."""

@@ -47,6 +47,17 @@ class Stops:
         best = max(shared, key=lambda number: shared[number], default=0)
         return best if shared.get(best) else 0
 
+    def limit_words(self, number: int, *, upper: bool) -> str:
+        """An end of a limit that was met, "P6 > 1.260 m", or a loop, "limb A1, B1, C1"."""
+        name, unit = self.names[number], self.units[number]
+        if not unit:
+            return name
+        per_si, shown = 1.0, f" {unit}"
+        if unit.startswith("rad"):
+            per_si, shown = math.degrees(1.0), unit.replace("rad", "°")
+        end = per_si * (self.high if upper else self.low)[number]
+        return f"{name} {'>' if upper else '<'} {end:z.6g}{shown}"
+
     def words(self, number: int, excess: float) -> str:
         """For example "P6 at 1.262 m, limit 1.260 m" or "limb A1, B1, C1 cannot reach"; "" for
         none.
@@ -171,19 +182,19 @@ class LimitRows:
     def _ends(self) -> tuple[list[float], list[float]]:
         return (self.low - self.slack).tolist(), (self.high + self.slack).tolist()
 
-    def beyond(self, out: FloatArray) -> BoolArray:
-        """Which limits (L, n) outputs (rows, n) are beyond. What is undefined is beyond none."""
+    def beyond(self, out: FloatArray) -> tuple[BoolArray, BoolArray]:
+        """Which limits (L, n) outputs (rows, n) are below, and above; the undefined are neither."""
         values = out[self.rows]
-        below = values < (self.low - self.slack)[:, None]
-        found: BoolArray = below | (values > (self.high + self.slack)[:, None])
-        return found
+        below: BoolArray = values < (self.low - self.slack)[:, None]
+        above: BoolArray = values > (self.high + self.slack)[:, None]
+        return below, above
 
     def stopped(self, out: FloatArray) -> Stopped:
         """The limit that each sample (rows, n) exceeds, by the greatest part of its range."""
         found = Stopped.by_nothing(out.shape[1])
         if not len(self.rows):
             return found
-        beyond = self.beyond(out)
+        beyond = np.logical_or(*self.beyond(out))
         samples = np.flatnonzero(beyond.any(axis=0))
         if len(samples):
             values = out[np.ix_(self.rows, samples)]

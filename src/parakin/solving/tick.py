@@ -41,10 +41,15 @@ class Tick(NamedTuple):
     stops: Stops
     turned: FloatArray
 
-    def why(self, pose: int = 0) -> str:
-        """What stopped it, or one pose of a batch: "P6 at 1.262 m, limit 1.260 m", "limb A1, B1, C1
+    def why(self, pose: int | None = None) -> str:
+        """What stopped it, or one pose of a batch: "P6 at 1.262 m, limit 1.260 m", "limb A1, B1
         cannot reach"; the status in words where that is not known, "" where nothing did.
+
+        Raises InputError on a batch if no pose is given.
         """
+        if pose is None and self.position.ndim > 1:
+            raise InputError("pose", "none, of a batch", "the number of one")
+        pose = pose or 0
         status, number, excess = (
             np.atleast_1d(values)[pose] for values in (self.status, self.stopped_by, self.excess)
         )
