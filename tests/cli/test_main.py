@@ -112,3 +112,13 @@ def test_checking_a_file_reads_its_motions_too(refusal: Refusal) -> None:
         text + '\n[motions.wrong]\nduration = "1 s"\nlaws = { A = { law = "cosin", by = 1 } }\n'
     )
     assert "motions.wrong.laws.A" in refusal("check", "linkage.toml")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such names")
+def test_what_was_written_is_told_without_control_characters(run: Parakin) -> None:
+    """They would be orders to the terminal."""
+    for command in ("solve delta pick -o", "draw delta -o"):
+        name = "red\x1b[31m" + (".csv" if command.startswith("solve") else ".svg")
+        code, out, err = run(*command.split(), name)
+        assert code == 0, err
+        assert f"wrote {name!r}".replace("'", "") in out + err

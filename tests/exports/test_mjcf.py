@@ -39,3 +39,18 @@ def test_a_newcomer_moves_it_and_the_loops_stay_closed(name: str, tmp_path: Path
         behind = max(behind, float(np.abs(data.qpos[places] - data.ctrl).max()))
     assert opened < 1e-4
     assert 0.0 < behind < 0.5 * reach.max()
+
+
+def test_bodies_may_have_the_name_that_mujoco_gives_the_world(tmp_path: Path) -> None:
+    """As what is read from MJCF has, where no other body stands still."""
+    read, back = tmp_path / "read.xml", tmp_path / "back.xml"
+    hinges = (
+        "<body name='a'><joint name='x'/><body name='world body'><joint name='y'/></body></body>"
+    )
+    read.write_text(f"<mujoco><worldbody>{hinges}</worldbody></mujoco>")
+    mechanism = parakin.load(read)
+    assert [body.name for body in mechanism.bodies] == ["world", "a", "world body"]
+    exports.export(mechanism, back)
+    again = parakin.load(back)
+    assert [body.name for body in again.bodies] == ["world body'", "a", "world body"]
+    assert [joint.kind for joint in again.joints] == ["revolute", "revolute"]

@@ -302,3 +302,14 @@ def test_lines_are_those_of_the_joints_where_a_body_comes_before_its_parents_own
     outer = '<joint name="k" type="ball" range="0 1"/>'
     text = f'<mujoco><worldbody><body name="a">{inner}\n{outer}</body></worldbody></mujoco>'
     assert refused(tmp_path, text).startswith(", line 3: joint 'k': range: found")
+
+
+def test_a_ratio_whose_inverse_is_no_number_is_refused_with_its_place(tmp_path: Path) -> None:
+    path = tmp_path / "model.xml"
+    path.write_text(
+        """<mujoco><worldbody><body><joint name="x"/><joint name="y" type="slide"/></body>
+        </worldbody><equality><joint joint1="x" joint2="y" polycoef="0 1e-320"/></equality>
+        </mujoco>"""
+    )
+    with pytest.raises(InputError, match="line 2: equality 'loop0': found a ratio"):
+        parakin.load(path)

@@ -297,3 +297,15 @@ def test_a_limit_open_at_one_end_comes_back_from_a_urdf(tmp_path: Path) -> None:
     assert graph.limits("P1") == (-math.inf, 0.5)
     assert graph.limits("P2") == (0.1, 0.6)
     assert graph.limits("P2", 1) == (-0.4, 0.4)
+
+
+def test_a_ratio_whose_inverse_is_no_number_is_refused_with_its_place(tmp_path: Path) -> None:
+    path = tmp_path / "robot.urdf"
+    path.write_text(
+        """<robot name="r"><link name="a"/><link name="b"/><link name="c"/>
+        <joint name="s" type="prismatic"><parent link="a"/><child link="b"/></joint>
+        <joint name="h" type="revolute"><parent link="b"/><child link="c"/>
+        <mimic joint="s" multiplier="1e-320"/></joint></robot>"""
+    )
+    with pytest.raises(InputError, match="line 3: joint 'h': multiplier"):
+        parakin.load(path)

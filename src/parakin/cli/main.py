@@ -85,7 +85,7 @@ def _export(options: argparse.Namespace) -> int:
     check_outputs(options, check_export(options.output))
     driven = options.driven.split(",") if options.driven else None
     written = export(load_mechanism(options), options.output, driven)
-    say(f"wrote {', '.join(map(str, written))}")
+    say(printable(f"wrote {', '.join(map(str, written))}"))
     return 0
 
 
@@ -170,7 +170,7 @@ def _draw(options: argparse.Namespace) -> int:
     check_scheme(options.output)
     check_outputs(options, [options.output])
     draw(load_mechanism(options), options.output)
-    say(f"wrote {options.output}")
+    say(printable(f"wrote {options.output}"))
     return 0
 
 

@@ -15,7 +15,7 @@ from rich.console import RenderableType
 from parakin.cli.inputs import check_outputs, load_mechanism
 from parakin.cli.run import Run
 from parakin.cli.streams import WIDE, console, flushed_stdout, say, tell
-from parakin.errors import InputError
+from parakin.errors import InputError, printable
 from parakin.files import datasets
 from parakin.motion.motion import Motion
 from parakin.solving.compiler import compile as compile_mechanism
@@ -57,7 +57,7 @@ def solve(options: argparse.Namespace) -> int:
     if options.singularities:
         tell(_singularities(solver, motion, run.picture()))
     if written:
-        tell(f"wrote {', '.join(map(str, written))}")
+        tell(printable(f"wrote {', '.join(map(str, written))}"))
     return 1 if extremes.first_flag is not None else 0
 
 
@@ -145,5 +145,5 @@ def report(options: argparse.Namespace) -> int:
     flagged = flag_words(extremes)
     if flagged:
         tell(flagged, style="bold red")
-    say(f"wrote {options.output}")
+    say(printable(f"wrote {options.output}"))
     return 1 if flagged else 0

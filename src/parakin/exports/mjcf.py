@@ -84,8 +84,9 @@ class _Model:
         spec.option.integrator = self.mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         spec.option.disableflags |= self.mujoco.mjtDisableBit.mjDSBL_GRAVITY  # masses are not real
         base = self.graph.bodies[0]
-        self.placed = {base: (spec.worldbody.add_body(name=base), Pose(IDENTITY, ZERO))}
         self.taken = set(self.graph.bodies)
+        body = spec.worldbody.add_body(name=self._named(base))
+        self.placed = {base: (body, Pose(IDENTITY, ZERO))}
         spec.visual.headlight.ambient = [0.4, 0.4, 0.4]
         spec.visual.headlight.diffuse = [0.6, 0.6, 0.6]
         places = [p for joint in self.graph.joints for p in (joint.F.p, joint.M.p)]
@@ -96,7 +97,9 @@ class _Model:
         """Adds a body as the child of another, at `pose` at home."""
         body, at = self.placed[near]
         here = at.inverse @ pose
-        child = body.add_body(name=name, pos=here.p, quat=_quaternion(self.mujoco, here.R))
+        child = body.add_body(
+            name=self._named(name), pos=here.p, quat=_quaternion(self.mujoco, here.R)
+        )
         self.placed[name] = (child, pose)
 
     def carry(
@@ -194,8 +197,12 @@ class _Model:
             solimp=[0.99, 0.999, 0.001, 0.5, 2.0],
         )
 
+    def _named(self, body: str) -> str:
+        """A body's name in the file: MuJoCo has a body "world" of its own."""
+        return self._inside(body, "body") if body == "world" else body
+
     def _inside(self, joint: str, what: str = "link") -> str:
-        """An unused name for a small body within a joint."""
+        """An unused name for a body, as a small one within a joint."""
         name = f"{joint} {what}"
         while name in self.taken:
             name += "'"

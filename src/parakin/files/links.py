@@ -28,6 +28,7 @@ from parakin.model.joints import PAIRS, THETA
 from parakin.model.placement import about
 
 Range = tuple[float, float]
+TINY = 1e-12  # a ratio of coupled joints that is less is none that anybody meant
 _UPSIDE_DOWN = Pose(matrix(((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))), ZERO)
 _APART = 1e-6  # directions and positions that differ by less are the same
 

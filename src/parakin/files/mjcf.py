@@ -15,7 +15,7 @@ import numpy as np
 from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, Matrix, Pose, matrix
 from parakin.errors import InputError, nearest, not_installed
 from parakin.files.from_links import WORLD, mechanism_of
-from parakin.files.links import Link, moved
+from parakin.files.links import TINY, Link, moved
 from parakin.files.mjcf_skeleton import check_mjcf, skeleton, used
 from parakin.files.parsing import numbers
 from parakin.files.vocabulary import line_number, line_of, not_used
@@ -251,6 +251,8 @@ class _Model:
             expected = "a slide that advances with a hinge in proportion: gears are not supported"
             raise InputError(place, "coupled joints", expected)
         advance = zero + offset - ratio * self._zero(second)
+        if abs(ratio) < TINY:
+            raise InputError(place, f"a ratio of {ratio:g}", f"0, or at least {TINY:g}")
         if slides[1]:  # the hinge is told by the slide
             first, second, advance, ratio = second, first, -advance / ratio, 1 / ratio
         ends = self.joints[second], self.joints[first]

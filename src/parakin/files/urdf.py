@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, ZERO, Matrix, Pose, matrix, turned
 from parakin.errors import InputError, nearest
 from parakin.files.from_links import mechanism_of
-from parakin.files.links import Link, Range, moved
+from parakin.files.links import TINY, Link, Range, moved
 from parakin.files.loop_table import dependents, loops_of_table
 from parakin.files.parsing import numbers
 from parakin.files.vocabulary import check_words, language, line_of, not_used, written
@@ -219,6 +219,9 @@ def _mimic(element: _Element, name: str, kinds: Mapping[str, str], place: str) -
     pair = kinds[leader], kinds[name]
     if ratio == 0 and pair[1] in ("revolute", "prismatic"):
         return Link(name, "fixed", leader, name, advance=offset)
+    if abs(ratio) < TINY:
+        place = f"{place}: multiplier"
+        raise InputError(place, f"{ratio:g}", f"0, or at least {TINY:g}")
     if pair == ("revolute", "prismatic"):
         return Link(name, "screw", leader, name, pitch=ratio, advance=offset, place=place)
     if pair == ("prismatic", "revolute"):
