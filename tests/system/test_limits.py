@@ -120,10 +120,10 @@ def test_the_crossing_lies_between_the_samples(rig: Rig, motion: str) -> None:
     ds, beyond = rig.solver.solve(motion), margins(rig, motion)
     time, names = ds["time"].values, ds["stop"].values[ds["stopped_by"].values]
     assert set(names) - {""}
-    met = {}
+    met: dict[tuple[str, bool], set[float]] = {}
     for name, excess, at in zip(names, ds["excess"].values, ds["first_at"].values, strict=True):
         if name:
-            met.setdefault((str(name), excess > 0), set()).add(float(at))
+            met.setdefault((str(name), bool(excess > 0)), set()).add(float(at))
     assert all(len(first) == 1 for first in met.values())  # one for each end
     for name in set(names) - {""}:
         first = min(at for (stop, _), (at,) in met.items() if stop == name)
