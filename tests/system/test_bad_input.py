@@ -28,7 +28,8 @@ def test_a_mechanism_that_cannot_be_assembled_names_the_joint_and_its_gap(
 
 @pytest.mark.parametrize("size", ["1e60", "1e160", "1e300", "-1e300"])
 def test_dimensions_beyond_sense_are_refused_too(size: str, refusal: Refusal) -> None:
-    assert "cannot be assembled" in refusal("check", "flight-simulator", "--set", f"d1={size}")
+    said = refusal("check", "flight-simulator", "--set", f"d1={size}")
+    assert ("cannot be assembled" if size == "1e60" else "expected less than 1e+100 m") in said
 
 
 @pytest.mark.parametrize(

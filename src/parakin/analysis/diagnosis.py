@@ -85,7 +85,7 @@ def _compiled(
 
 def _turning(mechanism: Mechanism, graph: Graph) -> list[Bare]:
     """Parameters without a unit, above a turn, whose sine, cosine or tangent is taken."""
-    text = mechanism.model_dump_json()
+    text = str(mechanism.model_dump(exclude={"origin"}))  # whose name may be no UTF-8
     return [
         Bare(f"parameters.{name}", graph.parameters[name], ANGLE)
         for name, given in mechanism.parameters.items()
