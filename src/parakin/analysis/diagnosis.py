@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from parakin.algebra.angles import nearest_angle
-from parakin.algebra.spatial import FLOATS, as_array, as_float
+from parakin.algebra.spatial import as_array
 from parakin.analysis.mobility import Mobility, mobility
 from parakin.errors import AssemblyError, DrivenError
 from parakin.files.reading import load_motion
 from parakin.kinematics.assembly import assembled
-from parakin.kinematics.cones import cone_angle, cones_of
+from parakin.kinematics.cones import cone_angles, cones_of
 from parakin.kinematics.configuration import Configuration
 from parakin.model.evaluation import graph_of
 from parakin.model.expressions import ANGLE, LENGTH, Bare
@@ -60,10 +60,12 @@ def diagnosis(mechanism: Mechanism) -> Diagnosis:
     bare = [b._replace(place=b.place.removeprefix(f"{mechanism.where}: ")) for b in bare]
     found = mobility(graph, home, len(mechanism.driven))
     refusal, solver = _compiled(mechanism)
+    positions = _positions(graph, home)
     if refusal is None:
-        _check_motions(graph, home, bare)
+        _check_motions(graph, positions, bare)
     bare += _turning(mechanism, graph)
-    warnings = [*_limits(graph, home), *_strays(graph, home), *_units(graph, home, bare)]
+    warnings = [f"home is outside limits: {each}" for each in beyond_words(graph, positions)]
+    warnings += [*_strays(graph, home), *_units(graph, home, bare)]
     if found.special:
         warnings.append(
             f"home is special: mobility {found.home} there, {min(found.nearby)} in general"
@@ -93,22 +95,14 @@ def _turning(mechanism: Mechanism, graph: Graph) -> list[Bare]:
     ]
 
 
-def _check_motions(graph: Graph, home: Configuration, bare: list[Bare]) -> None:
+def _check_motions(graph: Graph, positions: Mapping[str, float], bare: list[Bare]) -> None:
     """Raises InputError if one of the mechanism's own motions makes no sense."""
     mechanism = graph.mechanism
-    driven = [graph.index(name, "driven") for name in mechanism.driven]
-    values = {
-        graph.coordinates[k].name: 0.0 if k in graph.from_home else float(home.q[k]) for k in driven
-    }
-    for motion in mechanism.motions if driven else ():
+    values = {name: positions[name] for name in mechanism.driven}
+    for motion in mechanism.motions:
         found: list[Bare] = []
         load_motion(motion, graph, values, bare=found)
         bare += [b._replace(place=f"motions.{motion}, {b.place}") for b in found]
-
-
-def _limits(graph: Graph, home: Configuration) -> list[str]:
-    words = beyond_words(graph, _positions(graph, home))
-    return [f"home is outside limits: {each}" for each in words]
 
 
 def _positions(graph: Graph, home: Configuration) -> dict[str, float]:
@@ -117,9 +111,7 @@ def _positions(graph: Graph, home: Configuration) -> dict[str, float]:
         c.name: 0.0 if k in graph.from_home else float(home.q[k])
         for k, c in enumerate(graph.coordinates)
     }
-    for name, cone in cones_of(graph, home.q.tolist()).items():
-        values[name] = as_float(cone_angle(home.circuits, cone, FLOATS, derivatives=0)[0])
-    return values
+    return values | cone_angles(home.circuits, cones_of(graph, home.q.tolist()))
 
 
 def _strays(graph: Graph, home: Configuration) -> list[str]:

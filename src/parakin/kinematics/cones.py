@@ -5,7 +5,7 @@ Each is the angle between two directions, one fixed on the joint's parent and on
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from parakin.algebra.spatial import (
@@ -17,6 +17,7 @@ from parakin.algebra.spatial import (
     Pose,
     Scalar,
     Vector,
+    as_float,
     cross,
     dot,
     turned,
@@ -89,6 +90,14 @@ def _orientation(joint: GraphJoint, home: Sequence[float]) -> Matrix[float]:
             q = float(home[k])
             R = turned(R, pair.axis, FLOATS.cos(q), FLOATS.sin(q))
     return R @ joint.tail
+
+
+def cone_angles(circuits: Circuits, cones: Mapping[str, Cone]) -> dict[str, float]:
+    """Every cone angle by name, of circuits in numbers."""
+    return {
+        name: as_float(cone_angle(circuits, cone, FLOATS, derivatives=0)[0])
+        for name, cone in cones.items()
+    }
 
 
 def cone_angle(

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from parakin.algebra.spatial import FLOATS, as_float
 from parakin.arrays import FloatArray, IndexArray, StatusArray
-from parakin.kinematics.cones import cone_angle
+from parakin.kinematics.cones import cone_angles
 from parakin.kinematics.configuration import circuits_at
 from parakin.model.graph import Graph
 from parakin.motion.course import Course
@@ -38,9 +37,7 @@ def home_values(graph: Graph, plan: Plan) -> dict[str, float]:
     """Position of every coordinate at home, as it is counted, and every cone angle."""
     home = {c.name: float(plan.home[k]) - plan.offset(k) for k, c in enumerate(graph.coordinates)}
     circuits = circuits_at(plan.graph, plan.tree, plan.home)
-    for name, cone in plan.cones.items():
-        home[name] = as_float(cone_angle(circuits, cone, FLOATS, derivatives=0)[0])
-    return home
+    return home | cone_angles(circuits, plan.cones)
 
 
 def from_home(atlas: Atlas, locks: Locks, goal: FloatArray) -> tuple[FloatArray, StatusArray]:

@@ -90,10 +90,11 @@ class Solver:
         self.iterated = tuple(self._name(c) for c in self._iterated)
         hidden = tuple(n for n in self.iterated if n not in self.coordinates)
         at_home = np.array([self.home.get(name, np.nan) for name in self.coordinates])
+        known = limited(graph)
         limited_angles = [
             row
             for row in self.layout.angles.tolist()
-            if row >= reported and outputs.coordinates[row] in limited(graph)
+            if row >= reported and outputs.coordinates[row] in known
         ]
         turning = np.array(limited_angles, dtype=np.intp)
         self._guesses = Guesses(self.layout, at_home, self.iterated, hidden, turning)

@@ -109,22 +109,26 @@ def _joints(plan: Plan, block: Block) -> list[int]:
 
 def beyond_limits(graph: Graph, positions: Mapping[str, float]) -> tuple[str, ...]:
     """The names of the limits on positions and cone angles that these exceed; NaN does."""
-    return tuple(
-        limit.name
+    return tuple(limit.name for limit in exceeded(graph, positions))
+
+
+def exceeded(graph: Graph, positions: Mapping[str, float]) -> list[Limit]:
+    """These limits themselves."""
+    return [
+        limit
         for limit in graph.limited
         if limit.order == 0 and not keeps(graph, limit, positions[limit.coordinate])
-    )
+    ]
 
 
 def beyond_words(graph: Graph, positions: Mapping[str, float]) -> list[str]:
     """Each of these limits in words: "P6 at 1.262 m, limit 1.260 m"."""
     words = []
-    for limit in graph.limited:
-        if limit.name in beyond_limits(graph, positions):
-            value, unit = positions[limit.coordinate], _unit(graph, limit)
-            excess = value - (limit.high if value > limit.high else limit.low)
-            one = Stops(("", limit.name), ("", unit), (math.nan, limit.low), (math.nan, limit.high))
-            words.append(one.words(1, excess))
+    for limit in exceeded(graph, positions):
+        value, unit = positions[limit.coordinate], _unit(graph, limit)
+        excess = value - (limit.high if value > limit.high else limit.low)
+        one = Stops(("", limit.name), ("", unit), (math.nan, limit.low), (math.nan, limit.high))
+        words.append(one.words(1, excess))
     return words
 
 

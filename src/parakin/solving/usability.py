@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from parakin.algebra.spatial import FLOATS, Vector, as_float
+from parakin.algebra.spatial import Vector
 from parakin.arrays import FloatArray
-from parakin.kinematics.cones import cone_angle
+from parakin.kinematics.cones import cone_angles
 from parakin.kinematics.configuration import circuits_at
 from parakin.model.graph import Graph
 from parakin.model.joints import GraphJoint
@@ -20,9 +20,7 @@ def limits_exceeded(plan: Plan, q: FloatArray) -> tuple[str, ...]:
     values = {c.name: float(q[k]) for k, c in enumerate(graph.coordinates)}
     if any(limit.coordinate in graph.cones for limit in graph.limited):
         counted = np.array([q[k] + plan.offset(k) for k in range(len(q))])
-        circuits = circuits_at(graph, plan.tree, counted)
-        for name, cone in plan.cones.items():
-            values[name] = as_float(cone_angle(circuits, cone, FLOATS, derivatives=0)[0])
+        values |= cone_angles(circuits_at(graph, plan.tree, counted), plan.cones)
     return beyond_limits(graph, values)
 
 

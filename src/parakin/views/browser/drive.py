@@ -22,7 +22,7 @@ from parakin.model.mechanism import Mechanism
 from parakin.solving.compiler import compile as compile_mechanism
 from parakin.solving.solver import Solver
 from parakin.solving.status import Status
-from parakin.solving.stops import beyond_limits
+from parakin.solving.stops import beyond_limits, exceeded
 from parakin.solving.tick import Tick
 
 _SLIDE = 0.5  # of the characteristic length: range of a slide without limits, either way
@@ -219,10 +219,8 @@ class Drive:
         now = dict(zip(self.solver.coordinates, tick.position.tolist(), strict=True))
         names = [
             limit.name
-            for limit in graph.limited
-            if limit.order == 0
-            and limit.coordinate in beyond_limits(graph, now)
-            and limit.excess(now[limit.coordinate]) > limit.excess(last[limit.coordinate])
+            for limit in exceeded(graph, now)
+            if limit.excess(now[limit.coordinate]) > limit.excess(last[limit.coordinate])
         ]
         if not names:
             return None
