@@ -44,7 +44,8 @@ if TYPE_CHECKING:
         ParakinError,
     )
     from parakin.files.reading import catalogue, load
-    from parakin.model.mechanism import Body, Frame, Joint, Mechanism, Platform
+    from parakin.model.bodies import Body, Frame
+    from parakin.model.mechanism import Joint, Mechanism, Platform
     from parakin.motion import laws
     from parakin.motion.laws import from_laws
     from parakin.motion.motion import Motion
@@ -91,8 +92,8 @@ _MODULES = {
     "Status": "solving.status",
     "Motion": "motion.motion",
     "Mechanism": "model.mechanism",
-    "Body": "model.mechanism",
-    "Frame": "model.mechanism",
+    "Body": "model.bodies",
+    "Frame": "model.bodies",
     "Joint": "model.mechanism",
     "Platform": "model.mechanism",
     "ParakinError": "errors",

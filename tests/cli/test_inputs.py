@@ -18,7 +18,7 @@ from linkage import Refusal
             "reech=3",
             "parameters: found unknown parameter 'reech'; expected one of: l, r, reach; di",
         ),
-        ("r=3 kg", "parameters.r: found '3 kg': 'kg' is not a unit of length"),
+        ("r=3 K", "parameters.r: found '3 K': 'K' is not a unit of length"),
         ("r=nan", "parameters.r: found 'nan': unknown parameter 'nan'"),
         ("r=3 deg", "parameters.reach: found 'r + l': an angle and a length do not go together"),
         ("l=3", "cannot be assembled from its guess"),

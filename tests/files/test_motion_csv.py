@@ -17,7 +17,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from parakin.errors import InputError
 from parakin.files import motion_csv
 from parakin.files.motion_csv import read_motion_csv
-from parakin.model.expressions import ANGLE, LENGTH
+from parakin.model.units import ANGLE, LENGTH
 from parakin.motion import laws
 from parakin.motion.laws import from_laws
 from parakin.motion.motion import Samples

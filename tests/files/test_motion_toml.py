@@ -17,7 +17,8 @@ from numpy.testing import assert_allclose
 from parakin.arrays import FloatArray
 from parakin.errors import InputError
 from parakin.files.motion_toml import laws_by_coordinate, motion_from_table
-from parakin.model.expressions import ANGLE, LENGTH, Parameters
+from parakin.model.expressions import Parameters
+from parakin.model.units import ANGLE, LENGTH
 from parakin.motion import laws
 from parakin.motion.laws import Law
 from parakin.motion.motion import Motion

@@ -12,19 +12,25 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from parakin import InputError
-from parakin.model.expressions import (
+from parakin.model.expressions import MAX_CHARACTERS, Parameters, Value
+from parakin.model.units import (
     ANGLE,
+    ANGULAR_VELOCITY,
     BARE,
+    DENSITY,
+    FORCE,
     FREQUENCY,
+    INERTIA,
     LENGTH,
-    MAX_CHARACTERS,
+    MASS,
+    POWER,
     TIME,
+    TORQUE,
+    VELOCITY,
     Dimension,
-    Parameters,
-    Value,
 )
 
-ACCELERATION: Dimension = (1.0, -2.0, 0.0)
+ACCELERATION = Dimension(length=1, time=-2)
 
 
 def evaluate(text: Value, dimension: Dimension = BARE, **parameters: Value) -> float:
@@ -62,9 +68,26 @@ def refused(text: Value, dimension: Dimension = BARE, **parameters: Value) -> In
         ("9.81 m/s^2", ACCELERATION, 9.81),
         ("9.81 m/s**2", ACCELERATION, 9.81),
         ("9.81 m/s²", ACCELERATION, 9.81),
-        ("250 mm/s", (1.0, -1.0, 0.0), 0.25),
-        ("30 deg/s", (0.0, -1.0, 1.0), math.radians(30)),
-        ("60 rpm", (0.0, -1.0, 1.0), 2 * math.pi),
+        ("250 mm/s", VELOCITY, 0.25),
+        ("30 deg/s", ANGULAR_VELOCITY, math.radians(30)),
+        ("60 rpm", ANGULAR_VELOCITY, 2 * math.pi),
+        ("250 kg", MASS, 250.0),
+        ("7.85 g/cm^3", DENSITY, 7850.0),
+        ("7850 kg/m³", DENSITY, 7850.0),
+        ("12 N", FORCE, 12.0),
+        ("0.5 kN", FORCE, 500.0),
+        ("3 N m", TORQUE, 3.0),
+        ("3 N*m", TORQUE, 3.0),
+        ("3 Nm", TORQUE, 3.0),
+        ("3 N·m", TORQUE, 3.0),
+        ("2e-4 kg*m^2", INERTIA, 2e-4),
+        ("2e-4 kg m²", INERTIA, 2e-4),
+        ("5 N/mm", Dimension(time=-2, mass=1), 5000.0),
+        ("200 N*s/m", Dimension(time=-1, mass=1), 200.0),
+        ("2 N m/A", Dimension(length=2, time=-2, mass=1, current=-1), 2.0),
+        ("2 N m / deg", Dimension(length=2, time=-2, mass=1, angle=-1), 360 / math.pi),
+        ("2 N m", Dimension(length=2, time=-2, mass=1, angle=-1), 2.0),
+        ("1.5 kW", POWER, 1500.0),
     ],
 )
 def test_a_number_with_a_unit_is_a_quantity_in_si(
@@ -119,7 +142,14 @@ def test_a_parameter_behind_a_number_is_told_from_a_unit() -> None:
     assert error.expected == "2*r for that"
 
 
-@pytest.mark.parametrize("text", ["5 kg", "5 N", "5 V", "5 degC", "5 K", "5 mol", "5 dBm"])
+def test_a_parameter_is_meant_after_an_operator_and_a_unit_after_a_space() -> None:
+    assert evaluate("2 N*m", Dimension(length=2, time=-2, mass=1), m="0.5 m") == 1.0
+    assert evaluate("2 N m", Dimension(length=2, time=-2, mass=1), m="0.5 m") == 2.0
+    assert evaluate("850 mm*h", LENGTH, h=2) == 1.7
+    assert "'h' is not" not in refused("2 N h", LENGTH, h=2).found  # an hour, and no length
+
+
+@pytest.mark.parametrize("text", ["5 degC", "5 K", "5 mol", "5 dBm", "5 cd"])
 def test_units_of_other_kinds_are_refused(text: str) -> None:
     assert "is not a unit" in refused(text, LENGTH).found
 
@@ -247,7 +277,7 @@ def test_parameters_agree_with_pythons_floats_to_the_last_bit(
         ("atan2(d, 2*d)", ANGLE),
         ("acos(d/(2*d))", ANGLE),
         ("d*sin(a)", LENGTH),
-        ("d/(3 s)", (1.0, -1.0, 0.0)),
+        ("d/(3 s)", VELOCITY),
         ("(d**3)**(1/3)", LENGTH),
         ("d + 1", LENGTH),  # a bare number is SI
         ("1 + d", LENGTH),

@@ -67,7 +67,11 @@ MECHANISM = [
         'name = "linkage"\nvariant_of = "flight-simulato"',
         "variant_of: found 'flight-simulato'; expected one of: ",
     ),
-    ('l = "500 mm"', 'l = "500 mmm"', "'mmm' is not a unit; expected one of: Hz, cm, deg"),
+    (
+        'l = "500 mm"',
+        'l = "500 mmm"',
+        "'mmm' is not a unit; expected one of: A, Hz, N, Nm, W, cm, deg",
+    ),
     ('l = "500 mm"', 'l = "500 mmm"', "did you mean 'mm'?"),
     ('reach = "r + l"', 'reach = "r + L"', "parameters.reach: found 'r + L': unknown parameter"),
     ('reach = "r + l"', 'reach = "r + L"', "expected one of: l, r, reach; did you mean 'l'?"),
@@ -173,7 +177,7 @@ MECHANISM = [
     ('r = "0.2 m"', 'r = "(lambda: 1)()"', f"it is more than arithmetic; expected {ARITHMETIC}"),
     ('r = "0.2 m"', 'r = "_unit0"', "parameters.r: found '_unit0': unknown parameter '_unit0'"),
     # dimensions
-    ('r = "0.2 m"', 'r = "0.2 kg"', "'kg' is not a unit of length, angle or time; expected one of"),
+    ('r = "0.2 m"', 'r = "0.2 K"', "'K' is not a unit of length, time, angle, mass or current"),
     (IN_B, '{ at = ["15 deg", 0, 0] }', "joints.B.on_parent.at[0]: found '15 deg', an angle; expe"),
     (IN_B, '{ turns = [["z", "l"]] }', "joints.B.on_parent.turns[0]: found 'l', a length; expect"),
     ("P = [0, 0, 0]", 'P = [0, "1 s", 0]', "bodies.coupler.points.P[1]: found '1 s', a time; exp"),

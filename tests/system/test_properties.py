@@ -14,9 +14,10 @@ from scipy.spatial.transform import Rotation
 
 import parakin
 from parakin.algebra.spatial import Pose
+from parakin.model.bodies import Frame
 from parakin.model.evaluation import graph_of
 from parakin.model.expressions import Parameters
-from parakin.model.mechanism import Frame, Joint, Mechanism
+from parakin.model.mechanism import Joint, Mechanism
 from parakin.model.placement import placement_of
 
 PAPER = parakin.load("flight-simulator")

@@ -18,9 +18,10 @@ from parakin.kinematics.assembly import assembled
 from parakin.kinematics.cones import cone_angles, cones_of
 from parakin.kinematics.configuration import Configuration
 from parakin.model.evaluation import graph_of
-from parakin.model.expressions import ANGLE, LENGTH, Bare
+from parakin.model.expressions import Bare
 from parakin.model.graph import Graph
 from parakin.model.mechanism import Mechanism
+from parakin.model.units import ANGLE, LENGTH
 from parakin.solving.compiler import compile as compile_mechanism
 from parakin.solving.results import flag_words
 from parakin.solving.solver import Solver

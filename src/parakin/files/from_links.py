@@ -17,7 +17,8 @@ from parakin.files.links import (
     split_off_platform,
     turns_in_order,
 )
-from parakin.model.mechanism import MAX_JOINTS, Body, Frame, Joint, Mechanism, Platform
+from parakin.model.bodies import Body, Frame
+from parakin.model.mechanism import MAX_JOINTS, Joint, Mechanism, Platform
 from parakin.model.placement import vector
 
 WORLD = "world"  # MuJoCo's name for what does not move

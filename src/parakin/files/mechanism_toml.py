@@ -7,8 +7,9 @@ from typing import Any
 
 from parakin.errors import InputError
 from parakin.files.parsing import flattened
+from parakin.model.bodies import Body
 from parakin.model.limbs import expand_limbs
-from parakin.model.mechanism import Body, Joint, Mechanism, Platform
+from parakin.model.mechanism import Joint, Mechanism, Platform
 from parakin.model.validation import AnyModel, validated
 
 _COORDINATE_TABLES = ("home", "stated", "guess", "limits")

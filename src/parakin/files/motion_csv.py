@@ -15,7 +15,8 @@ import numpy as np
 
 from parakin.arrays import ORDERS, FloatArray
 from parakin.errors import InputError, nearest, printable, reason
-from parakin.model.expressions import TIME, Dimension, Parameters
+from parakin.model.expressions import Parameters
+from parakin.model.units import TIME, Dimension
 from parakin.motion.motion import Motion
 from parakin.motion.sampled import from_arrays
 
@@ -164,9 +165,10 @@ def _columns(
             raise InputError(where, f"{header!r} after {twice!r}", "one column each")
         factor = 1.0
         if coordinate in dimensions or name == "time":
-            length, time, angle = TIME if name == "time" else dimensions[coordinate]
+            dimension = TIME if name == "time" else dimensions[coordinate]
             order = 0 if name == "time" else ORDERS.index(quantity)
-            factor = _factor(unit, (length, time - order, angle), f"{where} {header!r}")
+            dimension = dimension._replace(time=dimension.time - order)
+            factor = _factor(unit, dimension, f"{where} {header!r}")
         elif not _RESULTS.fullmatch(name):
             raise InputError(where, f"{header!r}", nearest(name, known))
         columns[coordinate, quantity] = _Column(index, header, factor)

@@ -9,7 +9,8 @@ from pydantic import Field
 
 from parakin.errors import InputError, nearest
 from parakin.files.parsing import flattened
-from parakin.model.expressions import ANGLE, FREQUENCY, TIME, Dimension, Parameters, Value
+from parakin.model.expressions import Parameters, Value
+from parakin.model.units import ANGLE, FREQUENCY, TIME, Dimension
 from parakin.model.validation import Table, Text, validated
 from parakin.motion.checks import SLACK, refuse_unless_positive
 from parakin.motion.laws import (

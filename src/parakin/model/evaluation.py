@@ -7,12 +7,14 @@ from collections.abc import Collection, Mapping, Sequence
 
 from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, ZERO, Pose, Vector
 from parakin.errors import InputError, nearest
-from parakin.model.expressions import ANGLE, LENGTH, Bare, Dimension, Parameters
+from parakin.model.dynamics import dynamics_of
+from parakin.model.expressions import Bare, Parameters
 from parakin.model.graph import Graph
 from parakin.model.joints import PAIRS, THETA, Z_TURN, Coordinate, GraphJoint, Pair
 from parakin.model.limits import limits_of
 from parakin.model.mechanism import MAX_JOINTS, Joint, Mechanism, Platform
 from parakin.model.placement import AXES, evaluated, placement_of
+from parakin.model.units import ANGLE, LENGTH, Dimension
 
 _FARTHEST = 1e100  # [m]: products of lengths stay finite
 _CONED = ("spherical", "universal")  # kinds of joints that have a cone angle
@@ -64,6 +66,7 @@ def graph_of(mechanism: Mechanism, bare: list[Bare] | None = None) -> Graph:
         named.positions("guess"),
         frozenset(named.numbers[name] for name in mechanism.from_home),
         max(reach.values(), default=0.0) or 1.0,
+        dynamics_of(mechanism, parameters, bodies, points, joints, coordinates),
     )
 
 

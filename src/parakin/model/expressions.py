@@ -11,7 +11,6 @@ and is taken as SI (metre, radian, second).
 from __future__ import annotations
 
 import ast
-import functools
 import keyword
 import math
 import re
@@ -19,35 +18,27 @@ import unicodedata
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import NamedTuple
 
 from parakin.errors import InputError, nearest
-
-if TYPE_CHECKING:
-    import pint
+from parakin.model.units import (
+    ANGLE,
+    ATOM,
+    BARE,
+    Dimension,
+    UnknownUnitError,
+    compound,
+    describe,
+    is_unit,
+)
 
 Value = float | int | str
-Dimension = tuple[float, float, float]
-
-BARE: Dimension = (0.0, 0.0, 0.0)
-LENGTH: Dimension = (1.0, 0.0, 0.0)
-TIME: Dimension = (0.0, 1.0, 0.0)
-ANGLE: Dimension = (0.0, 0.0, 1.0)
-FREQUENCY: Dimension = (0.0, -1.0, 0.0)
 
 MAX_CHARACTERS = 500
-_NAMES = {BARE: "a number", LENGTH: "a length", ANGLE: "an angle", TIME: "a time"} | {
-    FREQUENCY: "a frequency",
-    (1.0, -1.0, 0.0): "a velocity",
-    (0.0, -1.0, 1.0): "an angular velocity",
-    (1.0, -2.0, 0.0): "an acceleration",
-    (0.0, -2.0, 1.0): "an angular acceleration",
-}
 _QUANTITY = re.compile(  # the whole number: 1e-3 is not one e (electron charge) minus 3
-    r"(?<![\w.])((?>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?))\s*"
-    r"((?:[^\W\d_]|°)+(?:/s(?:\^[23]|\*\*[23]|[²³])?)?)(?![\w.(])"
+    rf"(?<![\w.])((?>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?))\s*"
+    rf"({ATOM}(?:\s*/\s*s\*\*[23]|(?:\s*[*/·]\s*|\s+){ATOM})*)(?![\w.(])"
 )
-_SI = {"meter": 0, "second": 1, "radian": 2}
 
 
 class Bare(NamedTuple):
@@ -64,20 +55,6 @@ class _Quantity:
     dimension: Dimension
 
 
-# The units in most files, which need not wait for the import of pint (0.2 s).
-_COMMON = {
-    "m": _Quantity(1.0, LENGTH),
-    "mm": _Quantity(1e-3, LENGTH),
-    "rad": _Quantity(1.0, ANGLE),
-    "deg": _Quantity(math.pi / 180, ANGLE),
-    "s": _Quantity(1.0, TIME),
-    "Hz": _Quantity(1.0, FREQUENCY),
-}
-
-# Listed in messages; any other unit that pint knows is accepted too.
-_USUAL = ("m", "mm", "cm", "um", "in", "ft", "rad", "mrad", "deg", "s", "ms", "min", "Hz", "rpm")
-
-
 class _Refusal(Exception):  # noqa: N818
     """Why an expression has no value, and what was expected instead."""
 
@@ -86,73 +63,21 @@ class _Refusal(Exception):  # noqa: N818
         self.expected = expected or "a number, a quantity like '850 mm' or an expression"
 
 
-@functools.cache
-def _registry() -> pint.UnitRegistry[Any]:
-    import pint
-
-    return pint.UnitRegistry(cache_folder=None)
-
-
-@functools.cache
-def _unit(name: str) -> _Quantity:
-    if name in _COMMON:
-        return _COMMON[name]
-    try:
-        base = (
-            _registry().Quantity(1.0, name.replace("²", "**2").replace("³", "**3")).to_base_units()
-        )
-    except Exception:  # pint raises many kinds, some of them not its own
-        raise _Refusal(f"{name!r} is not a unit", nearest(name, _USUAL)) from None
-    exponents = [0.0, 0.0, 0.0]
-    powers: dict[str, Any] = dict(base.unit_items())
-    for unit, power in powers.items():
-        if unit not in _SI:
-            raise _Refusal(
-                f"{name!r} is not a unit of length, angle or time", nearest(name, _USUAL)
-            )
-        exponents[_SI[unit]] = float(power)
-    magnitude: Any = base.magnitude
-    return _Quantity(float(magnitude), (exponents[0], exponents[1], exponents[2]))
-
-
-def _is_unit(name: str) -> bool:
-    try:
-        _unit(name)
-    except _Refusal:
-        return False
-    return True
-
-
-def _describe(dimension: Dimension) -> str:
-    if dimension in _NAMES:
-        return _NAMES[dimension]
-    parts = zip(("m", "s", "rad"), dimension, strict=True)
-    return "a quantity in " + " ".join(f"{unit}^{power:g}" for unit, power in parts if power)
-
-
 def _same(a: _Quantity, b: _Quantity) -> Dimension:
     if b.dimension in (a.dimension, BARE):
         return a.dimension
     if a.dimension == BARE:
         return b.dimension
     raise _Refusal(
-        f"{_describe(a.dimension)} and {_describe(b.dimension)} do not go together",
+        f"{describe(a.dimension)} and {describe(b.dimension)} do not go together",
         "values of one dimension",
     )
-
-
-def _scaled(dimension: Dimension, factor: float) -> Dimension:
-    return (dimension[0] * factor, dimension[1] * factor, dimension[2] * factor)
-
-
-def _combined(a: Dimension, b: Dimension, sign: float) -> Dimension:
-    return (a[0] + sign * b[0], a[1] + sign * b[1], a[2] + sign * b[2])
 
 
 def _trigonometric(function: Callable[[float], float]) -> Callable[[_Quantity], _Quantity]:
     def apply(x: _Quantity) -> _Quantity:
         if x.dimension not in (ANGLE, BARE):
-            raise _Refusal(f"{function.__name__} of {_describe(x.dimension)}", "an angle there")
+            raise _Refusal(f"{function.__name__} of {describe(x.dimension)}", "an angle there")
         return _Quantity(function(x.value), BARE)
 
     return apply
@@ -161,7 +86,7 @@ def _trigonometric(function: Callable[[float], float]) -> Callable[[_Quantity], 
 def _inverse(function: Callable[[float], float]) -> Callable[[_Quantity], _Quantity]:
     def apply(x: _Quantity) -> _Quantity:
         if x.dimension != BARE:
-            found = f"{function.__name__} of {_describe(x.dimension)}"
+            found = f"{function.__name__} of {describe(x.dimension)}"
             raise _Refusal(found, "a plain number there")
         return _Quantity(function(x.value), ANGLE)
 
@@ -176,7 +101,7 @@ _FUNCTIONS: dict[str, tuple[int, Callable[..., _Quantity]]] = {
     "acos": (1, _inverse(math.acos)),
     "atan": (1, _inverse(math.atan)),
     "atan2": (2, lambda y, x: (_same(y, x), _Quantity(math.atan2(y.value, x.value), ANGLE))[1]),
-    "sqrt": (1, lambda x: _Quantity(math.sqrt(x.value), _scaled(x.dimension, 0.5))),
+    "sqrt": (1, lambda x: _Quantity(math.sqrt(x.value), x.dimension.scaled(0.5))),
     "abs": (1, lambda x: _Quantity(abs(x.value), x.dimension)),
     "hypot": (2, lambda x, y: _Quantity(math.hypot(x.value, y.value), _same(x, y))),
 }
@@ -189,14 +114,14 @@ def _binary(node: ast.BinOp, a: _Quantity, b: _Quantity) -> _Quantity:
         case ast.Sub():
             return _Quantity(a.value - b.value, _same(a, b))
         case ast.Mult():
-            return _Quantity(a.value * b.value, _combined(a.dimension, b.dimension, 1.0))
+            return _Quantity(a.value * b.value, a.dimension.times(b.dimension))
         case ast.Div():
-            return _Quantity(a.value / b.value, _combined(a.dimension, b.dimension, -1.0))
+            return _Quantity(a.value / b.value, a.dimension.times(b.dimension, -1.0))
         case ast.Pow():
             if b.dimension != BARE:
                 raise _Refusal("an exponent with a dimension", "a plain number there")
             power = math.pow(a.value, b.value)
-            return _Quantity(power, _scaled(a.dimension, b.value))
+            return _Quantity(power, a.dimension.scaled(b.value))
     raise _Refusal("an operator other than + - * / **", "one of these")
 
 
@@ -258,12 +183,16 @@ class Parameters:
         """The value of `text` in SI.
 
         Raises InputError, naming `place`, if it cannot be parsed or evaluated, is not finite, or
-        is not of `dimension` (a bare number always is).
+        is not of `dimension` (a bare number always is). What is per angle may be given as if
+        radians were none: a stiffness in N m/rad or in N m.
         """
         quantity = self._quantity(text, place)
-        if quantity.dimension not in (dimension, BARE):
+        fitting = {dimension, BARE}
+        if dimension.angle == -1:
+            fitting.add(dimension._replace(angle=0.0))
+        if quantity.dimension not in fitting:
             raise InputError(
-                place, f"{text!r}, {_describe(quantity.dimension)}", _describe(dimension)
+                place, f"{text!r}, {describe(quantity.dimension)}", describe(dimension)
             )
         if self._bare is not None and quantity.dimension == BARE and "pi" not in str(text):
             self._bare.append(Bare(place, quantity.value, dimension))
@@ -302,17 +231,22 @@ class Parameters:
         while marker in unicodedata.normalize("NFKC", text):
             marker = f"_{marker}"
 
+        own = frozenset((*self._expressions, "pi"))
+
         def mark(match: re.Match[str]) -> str:
-            if match[2] in self._expressions and not _is_unit(match[2]):
+            words = match[2].replace("**", "^")  # m/s**2
+            if words in own and not is_unit(words):
                 raise _Refusal(
-                    f"{match[2]!r} is a parameter, not a unit", f"{match[1]}*{match[2]} for that"
+                    f"{words!r} is a parameter, not a unit", f"{match[1]}*{words} for that"
                 )
-            unit, by = _unit(match[2]), "*"
-            parts = round(1 / unit.value) if 0 < unit.value < 1 else 0
-            if parts and 1 / parts == unit.value:  # 950 mm are 0.95 to the last bit
-                unit, by = _Quantity(float(parts), _scaled(unit.dimension, -1.0)), "/"
-            units.append(unit)
-            return f"({match[1]}{by}{marker}{len(units) - 1})"
+            unit, end = compound(words, own)
+            rest = match[2][end:] if end < len(words) else ""
+            by, factor, dimension = "*", float(unit.value), unit.dimension
+            parts = round(1 / factor) if 0 < factor < 1 else 0
+            if parts and 1 / parts == factor:  # 950 mm are 0.95 to the last bit
+                by, factor, dimension = "/", float(parts), dimension.scaled(-1.0)
+            units.append(_Quantity(factor, dimension))
+            return f"({match[1]}{by}{marker}{len(units) - 1}){rest}"
 
         def look_up(name: str) -> _Quantity:
             if name.startswith(marker):
@@ -329,7 +263,7 @@ class Parameters:
             return _walk(tree.body, look_up)
         except InputError:  # in a parameter it depends on, which is what has to be corrected
             raise
-        except _Refusal as refusal:
+        except (_Refusal, UnknownUnitError) as refusal:
             reason, expected = str(refusal), refusal.expected
         except SyntaxError:
             reason = "it cannot be parsed"

@@ -11,11 +11,12 @@ from dataclasses import dataclass, field, replace
 
 from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, Matrix, Pose, Vector, matrix
 from parakin.errors import InputError, nearest
-from parakin.model.expressions import ANGLE, LENGTH, Dimension
+from parakin.model.dynamics import Dynamics
 from parakin.model.joints import X_TURN, Y_TURN, Z_TURN, Coordinate, GraphJoint
 from parakin.model.limits import UNLIMITED, Limit
 from parakin.model.mechanism import Mechanism
 from parakin.model.placement import snapped
+from parakin.model.units import ANGLE, LENGTH, Dimension
 
 
 @dataclass(frozen=True)
@@ -37,8 +38,8 @@ class Graph:
     points: by `body.point`, the body and the point in its components. cones: by cone angle, its
     joint as declared. limited: all declared limits. home, stated, guess: by coordinate, as in the
     Mechanism. from_home: the coordinates that are counted from home. length: the characteristic
-    length. twins: by joint of three turns, a second joint whose angles are counted from a nearby
-    orientation (`recentred`).
+    length. dynamics: masses and what acts. twins: by joint of three turns, a second joint whose
+    angles are counted from a nearby orientation (`recentred`).
     """
 
     mechanism: Mechanism
@@ -54,6 +55,7 @@ class Graph:
     guess: Mapping[int, float]
     from_home: frozenset[int]
     length: float
+    dynamics: Dynamics = field(default_factory=Dynamics)
     twins: Mapping[int, int] = field(default_factory=dict)
 
     def index(self, name: str, place: str) -> int:

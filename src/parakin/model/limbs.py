@@ -17,7 +17,7 @@ from parakin.model.validation import Table, validated
 
 MAX_LIMBS = 1000
 _MAX_TEXT = 1_000_000  # characters when expanded, as many as a file may have
-_PLAIN = ("kind", "parent", "child", "file")  # texts that are names, never expressions
+_PLAIN = ("kind", "parent", "child", "file", "at", "between", "axes", "csv", "law")  # texts that are names, never expressions
 
 
 class _Limb(Table):

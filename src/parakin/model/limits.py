@@ -10,8 +10,10 @@ from typing import NamedTuple
 
 from parakin.arrays import ORDERS
 from parakin.errors import InputError, nearest
-from parakin.model.expressions import Dimension, Parameters
-from parakin.model.mechanism import Mechanism, Quantity
+from parakin.model.expressions import Parameters
+from parakin.model.fields import Quantity
+from parakin.model.mechanism import Mechanism
+from parakin.model.units import ANGLE, LENGTH, Dimension
 
 UNLIMITED = (-math.inf, math.inf)
 _LIMITED_ORDERS = ORDERS[:3]
@@ -88,7 +90,7 @@ def _meant(
 
 
 def _dimension(angle: bool, order: int) -> Dimension:
-    return (0.0, -float(order), 1.0) if angle else (1.0, -float(order), 0.0)
+    return (ANGLE if angle else LENGTH)._replace(time=-float(order))
 
 
 def _end(end: Quantity, parameters: Parameters, dimension: Dimension, place: str) -> float:

@@ -7,70 +7,37 @@ here; numbers are evaluated in `parakin.model.evaluation`.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal
 
 import pydantic
-from pydantic import AfterValidator, BeforeValidator, StrictFloat, StrictInt
+from pydantic import BeforeValidator
 
 from parakin import notebook
 from parakin.errors import InputError, nearest, printable
-from parakin.model.expressions import Value, is_parameter_name
+from parakin.model.bodies import Body, Frame
+from parakin.model.drives import Damper, Drive, Friction, Spring
+from parakin.model.expressions import Value
+from parakin.model.fields import (
+    Actuated,
+    Angles,
+    MechanismName,
+    Name,
+    Names,
+    OneOrMore,
+    ParameterName,
+    Quantity,
+    Range,
+    Triple,
+    tupled,
+)
+from parakin.model.forces import Force
 from parakin.model.validation import Table, Text, input_error
 
 # And coordinates: assembly runs in plain Python, where a mechanism of more joints that does not
 # close would take minutes.
 MAX_JOINTS = 400
-Quantity = StrictInt | StrictFloat | str
 
-
-def _tupled(value: object) -> object:
-    """TOML and JSON have lists; frozen models hold tuples."""
-    return tuple(_tupled(item) for item in value) if isinstance(value, list) else value
-
-
-Triple = Annotated[tuple[Quantity, Quantity, Quantity], BeforeValidator(_tupled)]
-Turns = Annotated[tuple[tuple[Literal["x", "y", "z"], Quantity], ...], BeforeValidator(_tupled)]
-Angles = Annotated[tuple[tuple[Text, Literal["x", "y", "z"]], ...], BeforeValidator(_tupled)]
-Names = Annotated[tuple[str, ...], BeforeValidator(_tupled)]
-Range = Annotated[tuple[Quantity, Quantity], BeforeValidator(_tupled)]
-
-
-def _name(name: str) -> str:
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_ '-]{0,63}", name):
-        raise ValueError("a name of up to 64 characters: a letter, then letters, digits and _ ' -")
-    return name
-
-
-def _actuated(moved: object) -> bool | tuple[int, ...]:
-    if isinstance(moved, bool):
-        return moved
-    numbers = moved if isinstance(moved, (list, tuple)) else (None,)
-    if not all(type(k) is int and k > 0 for k in numbers):
-        raise ValueError("true or false, or numbers of the joint's coordinates, such as [2]")
-    return tuple(numbers)
-
-
-Actuated = Annotated[bool | tuple[int, ...], BeforeValidator(_actuated)]
-
-
-def _mechanism_name(name: str) -> str:
-    return name if re.fullmatch(r"\d[A-Za-z0-9_ '-]{0,63}", name) else _name(name)  # 3-rrr
-
-
-def _parameter(name: str) -> str:
-    if not (is_parameter_name(name) and re.fullmatch(r"[A-Za-z]\w{0,63}", name, re.ASCII)):
-        raise ValueError(
-            "a name that expressions can use: a letter, then letters, digits and _, at most 64; "
-            "not pi, a function or a Python keyword"
-        )
-    return name
-
-
-Name = Annotated[str, AfterValidator(_name)]
-MechanismName = Annotated[str, AfterValidator(_mechanism_name)]
-ParameterName = Annotated[str, AfterValidator(_parameter)]
 Kind = Literal[
     "revolute",
     "prismatic",
@@ -85,26 +52,6 @@ Kind = Literal[
 ]
 
 
-class Frame(Table):
-    """Where a joint sits on a body, in the body's frame; z is the joint's axis.
-
-    at: the origin [m]. Either `axis`, the direction of z, of any length, with `x` for the
-    direction of x (by default the body's x axis made perpendicular to z, or its y axis if z lies
-    along x); or `turns`, rotations [rad] about the moving axes one after another; or neither,
-    for the body's own axes. Raises InputError.
-    """
-
-    at: Triple = (0.0, 0.0, 0.0)
-    axis: Triple | None = None
-    x: Triple | None = None
-    turns: Turns = ()
-
-    @property
-    def oriented(self) -> bool:
-        """Whether it has axes of its own, and not those of the body."""
-        return self.axis is not None or self.x is not None or bool(self.turns)
-
-
 class Joint(Table):
     """A joint between two bodies, from `parent` to `child`; its coordinates count that way.
 
@@ -116,7 +63,9 @@ class Joint(Table):
     `length` [m] between the two frames' origins, with spherical ends, has no coordinates.
 
     actuated: whether a motor moves the joint, or which of its coordinates: (2,) is the second.
-    Raises InputError.
+    friction, spring, damper, armature (inertia that moves with a coordinate, of a rotor behind its
+    gear, say [kg or kg m²]): one for each coordinate, or one for all if these are alike. drive:
+    what moves each actuated coordinate. Raises InputError.
     """
 
     set_by_reader = frozenset({"name"})
@@ -130,30 +79,11 @@ class Joint(Table):
     actuated: Actuated = False
     pitch: Quantity | None = None
     length: Quantity | None = None
-
-
-class BodyMesh(Table):
-    """A body's shape from a file of triangles, placed on the body: its coordinates times `scale`
-    are metres. Only its name is kept here; whoever shows the body decides whether to read it.
-    Raises InputError.
-    """
-
-    file: Annotated[Text, pydantic.Field(min_length=1, max_length=1000)]
-    scale: StrictFloat | StrictInt = 1.0
-    on_body: Frame = Frame()
-
-
-class Body(Table):
-    """A rigid body: points on it in its own frame [m], and its shape for pictures.
-
-    Raises InputError.
-    """
-
-    set_by_reader = frozenset({"name"})
-
-    name: Name
-    points: Mapping[Name, Triple] = {}
-    mesh: BodyMesh | None = None
+    friction: OneOrMore[Friction] = ()
+    spring: OneOrMore[Spring] = ()
+    damper: OneOrMore[Damper] = ()
+    armature: OneOrMore[Quantity] = ()
+    drive: Drive | None = None
 
 
 class Platform(Table):
@@ -178,6 +108,9 @@ class Mechanism(Table):
     the base's axis that points up in pictures. source, notes: text, printed by `parakin check` and
     reports. origin: the file it was read from, for messages. Raises InputError on names that do not
     exist, duplicates and disconnected bodies.
+
+    gravity: against `up` [m/s²], or a vector in the base's axes; 9.80665 m/s² by default. forces:
+    springs between points, wrenches and payloads, by name.
     """
 
     set_by_reader = frozenset({"origin"})
@@ -190,8 +123,8 @@ class Mechanism(Table):
     parameters: Mapping[ParameterName, Quantity] = {}
     symbols: Mapping[Text, Text] = {}
     base: Name = "base"
-    bodies: Annotated[tuple[Body, ...], BeforeValidator(_tupled)]
-    joints: Annotated[tuple[Joint, ...], BeforeValidator(_tupled)]
+    bodies: Annotated[tuple[Body, ...], BeforeValidator(tupled)]
+    joints: Annotated[tuple[Joint, ...], BeforeValidator(tupled)]
     platform: Platform | None = None
     driven: Names = ()
     home: Mapping[str, Quantity] = {}
@@ -199,6 +132,8 @@ class Mechanism(Table):
     guess: Mapping[str, Quantity] = {}
     limits: Mapping[str, Range] = {}
     from_home: Names = ()
+    gravity: Quantity | Triple | None = None
+    forces: Mapping[Name, Force] = {}
     motions: Mapping[Text, Mapping[str, Any]] = {}
     origin: str = ""
 

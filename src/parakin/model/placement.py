@@ -7,8 +7,9 @@ from collections.abc import Iterable, Sequence
 
 from parakin.algebra.spatial import IDENTITY, Matrix, Pose, Vector, cross, dot, matrix, turned
 from parakin.errors import InputError
-from parakin.model.expressions import ANGLE, LENGTH, Dimension, Parameters
-from parakin.model.mechanism import Frame
+from parakin.model.bodies import Frame
+from parakin.model.expressions import Parameters
+from parakin.model.units import ANGLE, LENGTH, Dimension
 
 AXES = {"x": 0, "y": 1, "z": 2}
 _ZERO = 1e-12  # an axis must be longer

@@ -12,8 +12,9 @@ import pytest
 
 from parakin.cli.main import main
 from parakin.files.reading import catalogue, load
+from parakin.model.bodies import Body, Frame
 from parakin.model.evaluation import graph_of
-from parakin.model.mechanism import Body, Frame, Joint, Mechanism
+from parakin.model.mechanism import Joint, Mechanism
 from parakin.views.scheme.scheme import save, scheme
 
 SVG = "{http://www.w3.org/2000/svg}"

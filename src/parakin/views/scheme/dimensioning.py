@@ -11,9 +11,10 @@ import numpy as np
 from parakin.arrays import FloatArray
 from parakin.errors import InputError
 from parakin.model.evaluation import graph_of
-from parakin.model.expressions import ANGLE, LENGTH, Parameters
+from parakin.model.expressions import Parameters
 from parakin.model.graph import Graph
 from parakin.model.mechanism import Mechanism
+from parakin.model.units import ANGLE, LENGTH
 from parakin.views.solids.drawing import Drawing
 from parakin.views.units import DEGREES, MILLIMETRES
 
