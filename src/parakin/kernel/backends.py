@@ -30,8 +30,9 @@ def has_machine_code() -> bool:
 
 
 def input_count(plan: Plan, outputs: Outputs) -> int:
-    """Driven values, then as many derivatives of them, then the guess."""
-    return _orders(outputs) * len(plan.driven) + len(plan.iterated)
+    """Driven values, then as many derivatives of them, the guess, and what loads take."""
+    loads = 0 if outputs.forces is None else plan.graph.dynamics.inputs
+    return _orders(outputs) * len(plan.driven) + len(plan.iterated) + loads
 
 
 def _orders(outputs: Outputs) -> int:
@@ -51,8 +52,9 @@ def _traced(
 ) -> list[Scalar]:
     n = len(plan.driven)
     orders = [inputs[n * k : n * (k + 1)] for k in range(_orders(outputs))]
-    guess = inputs[n * _orders(outputs) :]
-    return solve_pose(plan, orders, guess, functions, outputs, steps)
+    rest = inputs[n * _orders(outputs) :]
+    guess, loads = rest[: len(plan.iterated)], rest[len(plan.iterated) :]
+    return solve_pose(plan, orders, guess, functions, outputs, steps, loads=loads)
 
 
 def _arrays(plan: Plan, outputs: Outputs, steps: int) -> Kernel:

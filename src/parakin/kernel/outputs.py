@@ -8,6 +8,7 @@ from typing import TypeVar
 from parakin.algebra.spatial import Vector
 from parakin.arrays import IndexArray
 from parakin.caching import cached_property
+from parakin.kernel.force_rows import ForceRows
 
 Places = TypeVar("Places", int, IndexArray)
 
@@ -25,13 +26,14 @@ class Outputs:
     """What a kernel returns, a scalar each: positions of `coordinates` (by number, or by name the
     cone angle of a spherical joint), then as many `derivatives` of them; with `checks` five
     figures: `residual`, `conditioning`, `step`, `size` and `unsigned`; then for every point of
-    `points` (body, place on it) `POINT` more.
+    `points` (body, place on it) `POINT` more; then those of `forces`.
     """
 
     coordinates: tuple[int | str, ...]
     derivatives: int = 2
     checks: bool = True
     points: tuple[tuple[int, Vector], ...] = ()
+    forces: ForceRows | None = None
 
     def order(self, order: int) -> slice:
         """Rows of all positions, or of their derivatives of an order."""
@@ -84,4 +86,9 @@ class Outputs:
     @cached_property
     def count(self) -> int:
         """How many rows there are."""
-        return self.residual + 5 * self.checks + POINT * len(self.points)
+        return self.force(slice(0, 0)).start + (0 if self.forces is None else self.forces.count)
+
+    def force(self, rows: slice[int, int, None]) -> slice[int, int, None]:
+        """Where these rows of `forces` are."""
+        start = self.residual + 5 * self.checks + POINT * len(self.points)
+        return slice(start + rows.start, start + rows.stop)

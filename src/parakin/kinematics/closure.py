@@ -30,6 +30,14 @@ class Wrench(NamedTuple):
     moment: Vector
     force: Vector
 
+    def plus(self, other: Wrench) -> Wrench:
+        """Both together."""
+        return Wrench(self.moment + other.moment, self.force + other.force)
+
+    def times(self, factor: Scalar) -> Wrench:
+        """So many times as much."""
+        return Wrench(self.moment * factor, self.force * factor)
+
 
 class Row(Protocol):
     """One scalar equation of the joint `cut`, of which `end` are the two ends."""
@@ -109,7 +117,7 @@ class Gap:
 
     def direction(self, circuits: Circuits, end: Ends) -> Vector:
         """In which the row measures."""
-        return self.along.direction(end, partial(_axis, circuits, end))
+        return self.along.direction(end, partial(axis_on_loop, circuits, end))
 
     def per_length(self, graph: Graph) -> float:  # noqa: ARG002
         return 1.0
@@ -184,7 +192,7 @@ class CentreDistance:
         It moves the joint's point on its own side about a fixed centre or, where the centre is
         beyond it on that side, the centre, and with it the arm to the point opposite.
         """
-        centre = _axis(circuits, end, self.coordinate).point
+        centre = axis_on_loop(circuits, end, self.coordinate).point
         carried = _precedes(circuits, end, side, coordinate, self.coordinate)
         sign = -side if carried else side
         arm = _own_point(end, sign) - centre
@@ -195,7 +203,7 @@ class CentreDistance:
         return 0.5 * (end.X_WM.p + end.X_WF.p) - axis_of(self.coordinate).point
 
     def value(self, circuits: Circuits, end: Ends) -> Scalar:
-        centre = _axis(circuits, end, self.coordinate).point
+        centre = axis_on_loop(circuits, end, self.coordinate).point
         ahead, behind = end.X_WM.p - centre, end.X_WF.p - centre
         return mul(0.5, sub(dot(ahead, ahead), dot(behind, behind)))
 
@@ -206,11 +214,11 @@ class CentreDistance:
         return _arm_derivative(self, circuits, end, coordinate, side)
 
     def rate(self, circuits: Circuits, end: Ends) -> Scalar:
-        u = self._to_gap(end, partial(_axis, circuits, end))
+        u = self._to_gap(end, partial(axis_on_loop, circuits, end))
         return dot(u, gap_velocity(circuits, end))
 
     def acceleration(self, circuits: Circuits, end: Ends) -> Scalar:
-        u = self._to_gap(end, partial(_axis, circuits, end))
+        u = self._to_gap(end, partial(axis_on_loop, circuits, end))
         return dot(u, gap_acceleration(circuits, end))
 
     def wrench(self, end: Ends, axis_of: AxisOf) -> Wrench:
@@ -302,7 +310,8 @@ class Perpendicular:
         return Wrench(self._across(end), ZERO)
 
 
-def _axis(circuits: Circuits, end: Ends, coordinate: int) -> Axis:
+def axis_on_loop(circuits: Circuits, end: Ends, coordinate: int) -> Axis:
+    """The axis of a coordinate of the loop."""
     side = end.child if coordinate in circuits.path[end.child] else end.parent
     return circuits.axes(side)[coordinate][0]
 

@@ -4,8 +4,20 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from parakin.algebra.spatial import Functions, Matrix, Scalar, Vector, add, cross, dot, mul, sub
-from parakin.kinematics.closure import slide_acceleration, slide_rate
+from parakin.algebra.spatial import (
+    IDENTITY,
+    ZERO,
+    Functions,
+    Matrix,
+    Scalar,
+    Vector,
+    add,
+    cross,
+    dot,
+    mul,
+    sub,
+)
+from parakin.kinematics.closure import Wrench, slide_acceleration, slide_rate
 from parakin.kinematics.loops import Ends
 from parakin.kinematics.recursion import Circuits
 from parakin.model.joints import GraphJoint
@@ -112,3 +124,25 @@ def read_rates(
             if accelerations:
                 second[k] = slide_acceleration(circuits, u, end)
     return rates, second
+
+
+def rate_wrenches(
+    circuits: Circuits, cut: int, end: Ends, functions: Functions
+) -> dict[int, Wrench]:
+    """For each coordinate of a cut joint the wrench whose power on the relative motion of its two
+    bodies is the coordinate's rate: what a unit effort exerts on the child, and against the parent.
+    """
+    joint = circuits.graph.joints[cut]
+    found = {}
+    for k, pair in zip(joint.coordinates, joint.pairs, strict=True):
+        if pair.slides:
+            u = end.X_WF.R.column(pair.axis)
+            found[k] = Wrench(cross(end.X_WM.p, u), u)
+    middle: Scalar = 1.0
+    if len(joint.turns) == 3:
+        middle = list(read(circuits, cut, end, functions).turns.values())[1][1]
+    directions = _directions(joint, end, middle)
+    units = [_resolved(Vector(axis), directions) for axis in IDENTITY]  # linear in w
+    for number, k in enumerate(joint.turns):
+        found[k] = Wrench(Vector(tuple(unit[number] for unit in units)), ZERO)
+    return found

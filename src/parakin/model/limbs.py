@@ -17,7 +17,8 @@ from parakin.model.validation import Table, validated
 
 MAX_LIMBS = 1000
 _MAX_TEXT = 1_000_000  # characters when expanded, as many as a file may have
-_PLAIN = ("kind", "parent", "child", "file", "at", "between", "axes", "csv", "law")  # texts that are names, never expressions
+# Texts that are names, never expressions; `at` is one of a force, and expressions of a frame.
+_PLAIN = ("kind", "parent", "child", "file", "at", "between", "axes", "csv", "law")
 
 
 class _Limb(Table):
@@ -29,6 +30,7 @@ class _Limb(Table):
     stated: Mapping[str, Any] = {}
     guess: Mapping[str, Any] = {}
     limits: Mapping[str, Any] = {}
+    forces: Mapping[str, Any] = {}
     symbols: Mapping[str, Any] = {}
 
 
@@ -78,7 +80,7 @@ def _add(result: dict[str, Any], limb: _Limb, name: str, number: int, place: str
         own[key]: _numbered(values[number - 1], number, own) for key, values in limb.each.items()
     }
     _merge(result, "parameters", values, place)
-    for key in ("bodies", "joints", "home", "stated", "guess", "limits", "symbols"):
+    for key in ("bodies", "joints", "home", "stated", "guess", "limits", "forces", "symbols"):
         _merge(result, key, _numbered(getattr(limb, key), number, own), place)
 
 
@@ -94,18 +96,22 @@ def _merge(result: dict[str, Any], key: str, more: Mapping[str, Any], place: str
     result[key] = {**known, **more}
 
 
+def _is_plain(key: str, value: object) -> bool:
+    return key in _PLAIN and (key != "at" or isinstance(value, str))
+
+
 def _numbered(value: Any, number: int, own: Mapping[str, str], *, plain: bool = False) -> Any:
     if isinstance(value, Mapping):
         return {
             str(key).replace("{i}", str(number)): (
                 _turns(inner, number, own)
                 if key == "turns"
-                else _numbered(inner, number, own, plain=key in _PLAIN)
+                else _numbered(inner, number, own, plain=_is_plain(key, inner))
             )
             for key, inner in value.items()
         }
     if isinstance(value, list):
-        return [_numbered(inner, number, own) for inner in value]
+        return [_numbered(inner, number, own, plain=plain) for inner in value]
     if not isinstance(value, str):
         return value
     text = value.replace("{i}", str(number))

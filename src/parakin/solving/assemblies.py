@@ -11,8 +11,9 @@ import numpy as np
 
 from parakin.algebra.spatial import ARRAYS, as_array
 from parakin.arrays import BoolArray, FloatArray
+from parakin.kernel.motion import Refiner
 from parakin.kernel.outputs import Outputs
-from parakin.kernel.pose import Refiner, solve_pose
+from parakin.kernel.pose import solve_pose
 from parakin.kinematics import loops
 from parakin.kinematics.closure import canonical_rows
 from parakin.kinematics.configuration import circuits_at, coordinate_scales

@@ -6,7 +6,7 @@ import numpy as np
 
 from parakin.algebra.spatial import Scalar, as_array
 from parakin.arrays import FloatArray
-from parakin.kernel.pose import Equations, Refiner
+from parakin.kernel.motion import Equations, Refiner
 from parakin.planning.plan import Block
 
 _STEPS = 60  # damped, from a start
