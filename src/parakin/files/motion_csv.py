@@ -16,7 +16,7 @@ import numpy as np
 from parakin.arrays import ORDERS, FloatArray
 from parakin.errors import InputError, nearest, printable, reason
 from parakin.model.expressions import Parameters
-from parakin.model.units import TIME, Dimension
+from parakin.model.units import ATOM, TIME, Dimension
 from parakin.motion.motion import Motion
 from parakin.motion.sampled import from_arrays
 
@@ -26,7 +26,7 @@ _RESULTS = re.compile(  # columns of our own results other than those of driven 
     r"|.+\.(orientation|(angular_)?(position|velocity|acceleration|jerk))(\.[wxyz])?"
 )
 _COLUMN = re.compile(r"([^\[\]]*?)\s*(?:\[(.*)\])?")
-_UNIT = re.compile(r"(?:[^\W\d_]|°)+(?:/s(?:\^[23]|\*\*[23]|[²³])?)?")
+_UNIT = re.compile(rf"{ATOM}(?:\s*/\s*s\*\*[23]|(?:\s*[*/·]\s*|\s+){ATOM})*")
 
 
 class _Column(NamedTuple):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field
 
 from parakin.errors import InputError, nearest
@@ -137,6 +138,29 @@ def motion_from_table(
             inner = f"{place}.laws.{coordinate}.{error.place}"
             raise InputError(inner, error.found, error.expected) from None
     return from_laws(name, laws, span, rate)
+
+
+class _Lawful(Table):
+    law: _LawTable
+
+
+def law_from_table(
+    table: Mapping[str, Any], parameters: Parameters, dimension: Dimension, place: str
+) -> Law:
+    """A law of its own, of no motion, about zero. Raises InputError, also on one whose end is that
+    of its motion.
+    """
+    checked = validated(_Lawful, {"law": dict(table)}, place.removesuffix(".law")).law
+    endless = isinstance(checked, _Chirp) or (
+        isinstance(checked, _RestToRest) and checked.duration is None
+    )
+    if endless:
+        found = f"the law {checked.law!r} without a duration"
+        raise InputError(place, found, "one with a duration of its own")
+    try:
+        return _law(checked, parameters.evaluate, dimension, 0.0, np.inf)
+    except InputError as error:
+        raise InputError(f"{place}.{error.place}", error.found, error.expected) from None
 
 
 def _law(

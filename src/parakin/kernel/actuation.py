@@ -10,6 +10,7 @@ from parakin.kernel.connectivity import System
 from parakin.kernel.force_rows import ForceRows
 from parakin.kernel.statics import Statics, is_zero
 from parakin.kinematics.configuration import circuits_at
+from parakin.planning.plan import Plan
 
 _POOR = 0.05  # a home where actuators hold less firmly than this is not what others compare with
 
@@ -63,7 +64,7 @@ class Actuation:
             matrix = [[self.columns[k][place] for k in self.others] for place in self.places]
             chosen = [[side[place] for place in self.places] for side in sides]
             solved = solve(matrix, chosen, functions)
-            others, figure = solved.solutions, self._figure(solved.conditioning)
+            others, figure = solved.solutions, mul(1.0 / self.wanted.reference, solved.conditioning)
         for side, solution in zip(sides, others, strict=True):
             efforts = dict(zip(self.others, solution, strict=True))
             for k, place in self.direct.items():
@@ -96,24 +97,17 @@ class Actuation:
             [add(x, _inner(column, y)) for x, column in zip(start, columns, strict=True)]
             for start, y in zip(starts, solved.solutions, strict=True)
         ]
-        return found, self._figure(solved.conditioning)
+        return found, mul(1.0 / self.wanted.reference, solved.conditioning)
 
-    def _figure(self, conditioning: Scalar) -> Scalar:
-        """Compared with home."""
-        reference = self._at_home()
-        return conditioning if reference is None else mul(1.0 / reference, conditioning)
 
-    def _at_home(self) -> float | None:
-        """The figure at home; None if this is home."""
-        plan, functions = self.statics.plan, self.statics.functions
-        if functions is FLOATS:
-            return None
-        circuits = circuits_at(plan.graph, plan.tree, plan.home)
-        systems = [System.of(circuits, block) for block in plan.blocks]
-        there = Actuation(Statics(plan, circuits, systems, FLOATS), self.wanted)
-        figure = as_float(there._solved([[1.0] * len(plan.driven)])[1])
-        least = _POOR ** len(there.others)
-        return figure if abs(figure) > least else least if figure >= 0.0 else -least
+def conditioning_at_home(plan: Plan, actuated: tuple[int, ...]) -> float:
+    """What the conditioning of the actuators is compared with."""
+    circuits = circuits_at(plan.graph, plan.tree, plan.home)
+    systems = [System.of(circuits, block) for block in plan.blocks]
+    home = Actuation(Statics(plan, circuits, systems, FLOATS), ForceRows(actuated))
+    figure = as_float(home.efforts([0.0] * len(plan.driven), {})[2])
+    least = _POOR ** len(home.others)
+    return figure if abs(figure) > least else least if figure >= 0.0 else -least
 
 
 def _inner(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:

@@ -22,6 +22,7 @@ class ForceRows:
     extra: closure rows that hold what the plan need not solve for (`planning.holding`);
     least: instead, of all multipliers of all canonical rows the least in the sum of squares.
     preload: efforts that redundant actuators are to be nearest to, by actuated coordinate.
+    reference: what the conditioning is at home.
     """
 
     actuated: tuple[int, ...]
@@ -31,6 +32,7 @@ class ForceRows:
     least: bool = False
     energies: bool = False
     preload: tuple[float, ...] = ()
+    reference: float = 1.0
 
     def _of_actuated(self, number: int) -> slice[int, int, None]:
         m = len(self.actuated)

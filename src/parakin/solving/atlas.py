@@ -14,6 +14,7 @@ from parakin.kinematics.configuration import Configuration, coordinate_scales
 from parakin.motion.motion import Samples
 from parakin.solving.bodies import Points
 from parakin.solving.charts import Chart, also_known
+from parakin.solving.forces import Asked, Forces
 from parakin.solving.status import Status, blank_undefined
 from parakin.solving.stops import Stopped, stops_of
 from parakin.solving.tracking import Piece
@@ -115,6 +116,25 @@ class Atlas:
             inside, guess = samples.cropped(start, stop), found[chart.layout.iterated[0]]
             figures[:, start:stop] = chart.figures(points, inside, guess, parallel)
         return figures
+
+    def forces(
+        self,
+        asked: Asked,
+        pieces: Sequence[Piece],
+        samples: Samples,
+        loads: FloatArray,
+        parallel: bool,
+    ) -> Forces:
+        """The forces behind n samples; NaN where not solved."""
+        mechanics = self.home.mechanics
+        rows = mechanics.rows(asked, mechanics.reference)
+        out = np.full((rows.count, len(samples.time)), np.nan)
+        for start, stop, chart, found in pieces:
+            inside, guess = samples.cropped(start, stop), found[chart.layout.iterated[0]]
+            out[:, start:stop] = chart.forces(
+                asked, mechanics.reference, inside, guess, loads[:, start:stop], parallel
+            )
+        return mechanics.forces(asked, rows, out)
 
     def exchange(self, out: FloatArray, inputs: FloatArray, status: StatusArray) -> None:
         """Write what other charts say of closed poses (columns) where only home's is singular."""

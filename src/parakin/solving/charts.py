@@ -34,6 +34,7 @@ from parakin.motion.motion import Samples
 from parakin.planning.ordering import plan_of
 from parakin.planning.plan import Block, Plan
 from parakin.solving.bodies import Figures, Points
+from parakin.solving.forces import Asked, Mechanics
 from parakin.solving.status import Layout, Triple, Watched
 from parakin.solving.stops import LimitRows
 
@@ -41,7 +42,7 @@ _STEPS = 3  # Newton steps per run of a kernel: they reach round-off from 0.01 o
 _OPEN = 1e-9  # characteristic lengths: an iterated block farther from closed has not been solved
 _LOOSE = 10.0  # a home held more firmly than one over this costs no digits
 LANES = 8  # columns that machine code computes together: this many, or a divisor
-_SPREAD = 8192  # columns; smaller batches are not worth a second core
+SPREAD = 8192  # columns; smaller batches are not worth a second core
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +58,7 @@ class Chart:
     machine_code: bool
     relative_regularity: float = 1.0
     _figures: dict[tuple[object, ...], Figures] = field(default_factory=dict)
+    _force_kernels: dict[tuple[Asked, float], tuple[Kernel, int]] = field(default_factory=dict)
 
     @cached_property
     def layout(self) -> Layout:
@@ -80,7 +82,7 @@ class Chart:
         if self.lanes > 1 and (inputs.ndim == 1 or inputs.shape[1] % LANES):
             return self._run_in_lanes(inputs, parallel=parallel)
         out = np.empty((self.outputs.count, *inputs.shape[1:]))
-        self.kernel(inputs, out, parallel and inputs.shape[-1] >= _SPREAD)
+        self.kernel(inputs, out, parallel and inputs.shape[-1] >= SPREAD)
         return out
 
     @cached_property
@@ -97,7 +99,7 @@ class Chart:
         whole = np.empty((len(inputs), n + -n % LANES))
         whole[:, :n], whole[:, n:] = columns, columns[:, -1:]
         out = np.empty((self.outputs.count, whole.shape[1]))
-        self.kernel(whole, out, parallel and n >= _SPREAD)
+        self.kernel(whole, out, parallel and n >= SPREAD)
         return out[:, 0] if inputs.ndim == 1 else out[:, :n]
 
     def alone(self, inputs: FloatArray, guess: FloatArray) -> FloatArray:
@@ -124,6 +126,34 @@ class Chart:
         if key not in self._figures:  # kept, since a kernel takes a while to compile
             self._figures[key] = Figures.of(self.plan, points, machine_code=self.machine_code)
         return self._figures[key].at(samples, found, parallel)
+
+    @cached_property
+    def mechanics(self) -> Mechanics:
+        return Mechanics(self.plan)
+
+    def forces(
+        self,
+        asked: Asked,
+        reference: float,
+        samples: Samples,
+        found: FloatArray,
+        loads: FloatArray,
+        parallel: bool,
+    ) -> FloatArray:
+        """Rows of `ForceRows` (rows, n). reference: as of `Mechanics.rows`; found: the iterated
+        coordinates (m, n); loads: what payloads and wrenches take.
+        """
+        key = (asked, reference)
+        if key not in self._force_kernels:  # kept, since a kernel takes a while to compile
+            rows = self.mechanics.rows(asked, reference)
+            outputs = Outputs((), derivatives=2, checks=False, forces=rows)
+            kernel = make_kernel(self.plan, outputs, machine_code=self.machine_code, steps=1)
+            self._force_kernels[key] = (kernel, outputs.count)
+        kernel, count = self._force_kernels[key]
+        driven = (samples.position, samples.velocity, samples.acceleration)
+        out = np.empty((count, len(samples.time)))
+        kernel(np.concatenate([*driven, found, loads]), out, parallel)
+        return out
 
     def configuration(self, driven: FloatArray, out: FloatArray) -> Configuration:
         """All coordinates at a pose: driven ones (k,), and a column of outputs (rows,)."""

@@ -107,11 +107,12 @@ def dataset(
     verdict: Verdict,
     points: Sequence[str],
     figures: FloatArray | None,
+    forces: tuple[Mapping[str, Any], Mapping[str, Any]] | None = None,
     before: xr.Dataset | None = None,
 ) -> xr.Dataset:
     """Kernel outputs (rows, n) as a Dataset over time and coordinate (and point, axis).
 
-    before: the window before this one.
+    forces: variables and labels of `force_variables`. before: the window before this one.
     """
     import xarray as xr
 
@@ -134,6 +135,9 @@ def dataset(
         variables |= _bodies(figures, len(points), len(time), last)
         known = {"body": list(points), "axis": list("xyz"), "quaternion": list("wxyz")}
         labels |= {name: xr.Variable(name, values) for name, values in known.items()}
+    if forces is not None:
+        variables |= forces[0]
+        labels |= {name: xr.Variable(*values) for name, values in forces[1].items()}
     attributes = {
         "mechanism": of.graph.mechanism.name,
         "motion": motion.name,
@@ -142,7 +146,9 @@ def dataset(
         "stops_met": verdict.met,
     }
     common, indexes = of.common
-    indexes = indexes | {n: xr.indexes.PandasIndex(v.values, n) for n, v in labels.items()}
+    indexes = indexes | {
+        n: xr.indexes.PandasIndex(v.values, n) for n, v in labels.items() if v.dims == (n,)
+    }
     return xr.Dataset(variables, xr.Coordinates(common | labels, indexes), attributes)
 
 

@@ -19,31 +19,24 @@ from parakin.arrays import FloatArray, StatusArray
 from parakin.errors import InputError
 from parakin.files.reading import load_motion
 from parakin.kernel.outputs import ORIENTATION, POINT, POSITION, Outputs
-from parakin.motion.course import Course
 from parakin.motion.motion import Motion, Samples
 from parakin.planning.plan import Plan
 from parakin.solving.answers import Answers
 from parakin.solving.atlas import Atlas
+from parakin.solving.behind import forces_behind
 from parakin.solving.bodies import points_of
 from parakin.solving.charts import Chart, limited
-from parakin.solving.crossings import Crossings
-from parakin.solving.from_home import from_home, home_state, home_values
+from parakin.solving.from_home import from_home, home_values
 from parakin.solving.inputs import Guesses, all_bounded, stacked
 from parakin.solving.locks import locks_of, off_the_lock, try_again
-from parakin.solving.results import Labels, Verdict, dataset, quaternions
+from parakin.solving.results import Labels, quaternions
 from parakin.solving.status import (
     RESIDUAL,
     SINGULAR,
-    UNREACHED,
-    Status,
-    are,
-    blank_undefined,
-    classify,
 )
-from parakin.solving.stops import Stopped
 from parakin.solving.tick import Tick
-from parakin.solving.tracking import Track
 from parakin.solving.walking import CLOSED, iterate
+from parakin.solving.windows import Windows
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -124,6 +117,12 @@ class Solver:
         *,
         yddd: ArrayLike | None = None,
         within: float | None = None,
+        forces: bool = False,
+        reactions: bool | Sequence[str] = False,
+        energies: bool = False,
+        preload: Mapping[str, float] | None = None,
+        indeterminate: str = "nan",
+        loads: Mapping[str, ArrayLike] | None = None,
         parallel: bool = False,
     ) -> Tick:
         """Solve one pose, or a batch of unrelated ones, each as if it were alone.
@@ -138,6 +137,8 @@ class Solver:
         steps, and returns the assembly that it reaches, or a flag.
         within: how far from the guess an iterated coordinate may be [m or rad]; anything farther
         is flagged as a branch change.
+        forces, reactions, energies, preload, indeterminate, loads: as of `solve`; the forces behind
+        the poses are `Tick.forces`. What wrenches take that change with time must be in `loads`.
         parallel: use all cores.
         A pose that is not solved has a status that says why and NaN throughout; where only angles
         are undefined, only they are NaN. A pose beyond a declared limit is flagged and keeps its
@@ -147,6 +148,25 @@ class Solver:
         beyond a million turns. Raises InputError on arrays of the wrong shape.
         """
         inputs = stacked(len(self.driven), self.derivatives, y, (yd, ydd, yddd))
+        tick = self._at(inputs, guess, within, parallel=parallel)
+        if not (forces or reactions or energies):
+            return tick
+        asked = self._chart.mechanics.asked(
+            reactions=reactions, energies=energies, preload=preload, indeterminate=indeterminate
+        )
+        found = forces_behind(
+            self._chart, self._locks, asked, inputs, tick, loads, parallel=parallel
+        )
+        return tick._replace(forces=found)
+
+    def _at(
+        self,
+        inputs: FloatArray,
+        guess: ArrayLike | Tick | None,
+        within: float | None,
+        *,
+        parallel: bool,
+    ) -> Tick:
         start = None if guess is None else self._guesses.start_of(guess, inputs.shape[1:])
         walked: StatusArray | int = 0
         if self._iterated:
@@ -256,6 +276,12 @@ class Solver:
         motion: Motion | str | Path,
         *,
         bodies: bool | Sequence[str] = False,
+        forces: bool = False,
+        reactions: bool | Sequence[str] = False,
+        energies: bool = False,
+        preload: Mapping[str, float] | None = None,
+        indeterminate: str = "nan",
+        loads: Mapping[str, ArrayLike] | None = None,
         parallel: bool = False,
     ) -> xr.Dataset:
         """Solve a whole motion, from home along home's branch.
@@ -268,10 +294,32 @@ class Solver:
         values, whether what is limited is reported or not. `stopped_by` names the limit or the limb
         that cannot reach, `excess` says how far beyond the limit it is, and `first_at` when that
         was first met, which may be between two samples.
-        Raises InputError if the motion is not one of the driven coordinates.
+
+        forces: adds the actuators' `effort` and `power`, and torque, speed and current of motors
+        where drives are given. reactions: True, or a list of joints, adds the force and moment on
+        each joint's child, at its origin on the child along its axes on the parent. energies: adds
+        kinetic and potential energy, and the powers lost and applied. What is indeterminate for
+        rigid bodies is NaN, or with indeterminate="minimum-norm" of minimum norm. preload: efforts
+        by actuated coordinate that actuators are to be nearest to where there are more of them
+        than freedoms; {} is none. loads: masses of payloads [kg], or what wrenches take, by name,
+        instead of the file's.
+        Raises InputError if the motion is not one of the driven coordinates, and where forces
+        cannot be had: of a mechanism without mass, with fewer actuators than freedoms, or, without
+        a preload, with more.
         """
         motion = motion if isinstance(motion, Motion) else self.motion(motion)
-        (result,) = self.stream(motion, max(motion.count, 1), bodies=bodies, parallel=parallel)
+        (result,) = self.stream(
+            motion,
+            max(motion.count, 1),
+            bodies=bodies,
+            forces=forces,
+            reactions=reactions,
+            energies=energies,
+            preload=preload,
+            indeterminate=indeterminate,
+            loads=loads,
+            parallel=parallel,
+        )
         return result
 
     def stream(
@@ -280,6 +328,12 @@ class Solver:
         size: int = 65536,
         *,
         bodies: bool | Sequence[str] = False,
+        forces: bool = False,
+        reactions: bool | Sequence[str] = False,
+        energies: bool = False,
+        preload: Mapping[str, float] | None = None,
+        indeterminate: str = "nan",
+        loads: Mapping[str, ArrayLike] | None = None,
         parallel: bool = False,
     ) -> Iterator[xr.Dataset]:
         """Solve as `solve` does, but in windows of at most `size` samples, each a Dataset, so that
@@ -288,72 +342,44 @@ class Solver:
         if not isinstance(size, (int, np.integer)) or size < 1:
             raise InputError("size", repr(size), "a whole number of samples, 1 or more")
         motion = self._driving(motion if isinstance(motion, Motion) else self.motion(motion))
-        points = points_of(self.graph, bodies)
-        course = Course(motion)
-        track = Track(
-            self._chart, course, home_state(self._chart), self._atlas.units, self._atlas.others
-        )
-        last: xr.Dataset | None = None
-        crossings = Crossings(self.stops, track)
-        for start in range(0, motion.count, size):
-            samples = motion.window(start, min(start + size, motion.count))
-            if samples.jerk is None and self.derivatives > 2:
-                known = "position, velocity and acceleration"
-                raise InputError(f"motion {motion.name}", known, "jerk too, or position alone")
-            pieces, status = track.solve(samples, parallel=parallel)
-            for start_, stop, chart, found in pieces:
-                undefined = blank_undefined(found, chart.layout)
-                status[start_:stop][undefined] = Status.ANGLES_UNDEFINED
-            out = self._atlas.reported(pieces, len(status))
-            stopped = self._atlas.stopped(pieces, len(status))
-            status[stopped.number > 0] = Status.LIMIT_EXCEEDED
-            crossings.note(samples.time, pieces)
-            self._blame(track, samples.time, status, stopped, crossings)
-            figures = self._atlas.figures(points, pieces, samples, parallel) if points else None
-            verdict = Verdict(status, stopped, crossings.of(stopped), crossings.words)
-            ds = dataset(
-                self._labels, motion, samples.time, out, verdict, list(points), figures, last
+        windows = self._windows(bodies, forces, reactions, energies, preload, indeterminate, loads)
+        yield from windows.solve(motion, size, derivatives=self.derivatives, parallel=parallel)
+
+    def _windows(
+        self,
+        bodies: bool | Sequence[str],
+        forces: bool,
+        reactions: bool | Sequence[str],
+        energies: bool,
+        preload: Mapping[str, float] | None,
+        indeterminate: str,
+        loads: Mapping[str, ArrayLike] | None,
+    ) -> Windows:
+        asked = None
+        if forces or reactions or energies:
+            asked = self._chart.mechanics.asked(
+                reactions=reactions, energies=energies, preload=preload, indeterminate=indeterminate
             )
-            last = ds
-            yield ds
+        return Windows(self._atlas, self._labels, points_of(self.graph, bodies), asked, loads)
 
     def schema(
-        self, motion: Motion | str | Path, *, bodies: bool | Sequence[str] = False
+        self,
+        motion: Motion | str | Path,
+        *,
+        bodies: bool | Sequence[str] = False,
+        forces: bool = False,
+        reactions: bool | Sequence[str] = False,
+        energies: bool = False,
+        preload: Mapping[str, float] | None = None,
+        indeterminate: str = "nan",
     ) -> xr.Dataset:
         """The Dataset that `solve` would return for a motion, with the same variables, coordinates,
         types and attributes, but NaN for every value: nothing is solved. Raises InputError, as
         `solve` does.
         """
         motion = self._driving(motion if isinstance(motion, Motion) else self.motion(motion))
-        points, n = points_of(self.graph, bodies), motion.count
-        out = np.broadcast_to(np.nan, (self.reported.count, n))
-        status = np.broadcast_to(np.int8(Status.NOT_REACHED), n)
-        nothing = np.broadcast_to(np.nan, n)
-        verdict = Verdict(status, Stopped(np.broadcast_to(np.intp(0), n), nothing), nothing)
-        figures = np.broadcast_to(np.nan, (POINT * len(points), n)) if points else None
-        time = motion.window(0, n).time
-        return dataset(self._labels, motion, time, out, verdict, list(points), figures)
-
-    def _blame(
-        self,
-        track: Track,
-        time: FloatArray,
-        status: StatusArray,
-        stopped: Stopped,
-        crossings: Crossings,
-    ) -> None:
-        """Name the loop that cannot be closed, where a motion ends out of reach."""
-        ended = np.flatnonzero(are(UNREACHED, status))
-        if not len(ended) or track.ending is None:
-            return
-        chart, driven, out = track.after_end(float(time[ended[0]]))
-        open_ = np.flatnonzero(are(UNREACHED, classify(out.copy(), chart.layout)))
-        if not len(open_):
-            return
-        number = self._atlas.loop_stops(chart, driven, out)[open_[0]]
-        stopped.number[ended[0]] = number
-        if number and np.isfinite(track.ending.time):
-            crossings.first_at[1, number] = track.ending.time
+        windows = self._windows(bodies, forces, reactions, energies, preload, indeterminate, None)
+        return windows.schema(motion, self.reported.count)
 
     def _driving(self, motion: Motion) -> Motion:
         """The motion, its rows in the order of the driven coordinates, if it can be solved."""

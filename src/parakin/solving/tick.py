@@ -9,6 +9,7 @@ import numpy as np
 from parakin import notebook
 from parakin.arrays import ORDERS, PER_TIME, FloatArray, IndexArray, StatusArray
 from parakin.errors import InputError, nearest
+from parakin.solving.forces import Forces
 from parakin.solving.status import Status
 from parakin.solving.stops import Stops
 
@@ -21,7 +22,8 @@ class Tick(NamedTuple):
     here. `units`: "m" or "rad" for each coordinate. `stopped_by`: the number in `stops` of what
     stopped it, 0 for nothing; `excess`: how far it is above an upper or, if negative, below a lower
     limit [SI], NaN where it exceeds none. `turned`: angles that are limited and not reported, so
-    that a next call that starts from here counts their turns on.
+    that a next call that starts from here counts their turns on. `forces`: those behind it, if they
+    were asked for.
 
     Not a Dataset, because building one would take too long in a control loop.
     """
@@ -40,6 +42,7 @@ class Tick(NamedTuple):
     excess: float | FloatArray
     stops: Stops
     turned: FloatArray
+    forces: Forces | None = None
 
     def why(self, pose: int | None = None) -> str:
         """What stopped it, or one pose of a batch: "P6 at 1.262 m, limit 1.260 m", "limb A1, B1
@@ -57,10 +60,14 @@ class Tick(NamedTuple):
         return words or (Status(int(status)).words if status else "")
 
     def value(self, coordinate: str, quantity: str = "position") -> float | FloatArray:
-        """A coordinate's position, velocity, acceleration or jerk: a number or, for a batch, an
-        array (n,). Raises InputError on unknown names, and on derivatives that were not compiled.
+        """A coordinate's position, velocity, acceleration or jerk, or an actuator's effort or
+        power, if forces were asked for: a number or, for a batch, an array (n,). Raises InputError
+        on unknown names, and on derivatives that were not compiled.
         """
         known = dict(self._known())
+        if self.forces is not None and quantity in ("effort", "power"):
+            row = self.forces.of(coordinate, quantity)
+            return row if self.position.ndim > 1 else float(row)
         if quantity not in known:
             raise InputError("quantity", repr(quantity), nearest(str(quantity), known))
         if coordinate not in self.coordinates:

@@ -1,0 +1,57 @@
+"""The forces behind poses that `at` has solved."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from parakin.arrays import FloatArray
+from parakin.errors import InputError
+from parakin.motion.motion import Samples
+from parakin.solving.charts import SPREAD, Chart
+from parakin.solving.forces import Asked, Forces
+from parakin.solving.locks import Locks, off_the_lock
+from parakin.solving.status import SINGULAR, SOLVED, are
+from parakin.solving.tick import Tick
+
+
+def forces_behind(
+    chart: Chart,
+    locks: Locks,
+    asked: Asked,
+    inputs: FloatArray,
+    tick: Tick,
+    loads: Mapping[str, ArrayLike] | None,
+    *,
+    parallel: bool,
+) -> Forces:
+    """Of a pose or a batch, NaN where it is not solved, or solved where the chart is singular.
+
+    inputs: driven positions, velocities and accelerations. Raises InputError on derivatives that
+    were not compiled.
+    """
+    if chart.outputs.derivatives < 2:
+        raise InputError("solver", "one compiled without accelerations", "one with derivatives=2")
+    columns = inputs[:, None] if inputs.ndim == 1 else inputs
+    n, k = columns.shape[1], len(chart.plan.driven)
+    position, velocity, acceleration = columns[: 3 * k].reshape(3, k, n)
+    known = tick.iterated if len(tick.iterated) else tick.position[chart.layout.iterated[0]]
+    found = off_the_lock(locks, known).reshape(-1, n)
+    mechanics = chart.mechanics
+    out = chart.forces(
+        asked,
+        mechanics.reference,
+        Samples(np.zeros(n), position, velocity, acceleration),
+        found,
+        mechanics.loads(None, n, loads),
+        parallel and n >= SPREAD,
+    )
+    solved = are(SOLVED, np.atleast_1d(np.asarray(tick.status)))
+    if chart.outputs.checks:
+        own = chart.run(np.concatenate([columns, found]))[chart.outputs.conditioning]
+        solved &= own >= SINGULAR
+    out[:, ~solved] = np.nan
+    rows = mechanics.rows(asked, mechanics.reference)
+    return mechanics.forces(asked, rows, out[:, 0] if inputs.ndim == 1 else out)
