@@ -13,3 +13,13 @@ StatusArray = NDArray[np.int8]
 
 ORDERS = ("position", "velocity", "acceleration", "jerk")
 PER_TIME = ("", "/s", "/s²", "/s³")  # their units, per that of position
+
+# Variables of results about forces: of each actuator, of each joint, of the whole.
+PER_ACTUATOR = (
+    *("effort", "effort_band", "power"),
+    *("motor_torque", "motor_torque_band", "motor_speed", "motor_power", "motor_current"),
+)
+PER_JOINT = ("reaction_force", "reaction_moment")
+OF_MECHANISM = (
+    *("force_imbalance", "kinetic_energy", "potential_energy", "power_lost", "power_applied"),
+)

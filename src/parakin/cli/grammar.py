@@ -109,6 +109,8 @@ def _add_solve(commands: _Commands) -> None:
     solve.add_argument("--jerk", action="store_true", help="the third derivative too")
     solve.add_argument("--bodies", action="store_true", help="every body's motion too")
     solve.add_argument("--all", action="store_true", help="joints outside the tree too")
+    _add_forces(solve)
+    solve.add_argument("--energies", action="store_true", help="energies and lost power too")
     solve.set_defaults(coordinates=None)
     _add_sampling(solve)
 
@@ -116,7 +118,7 @@ def _add_solve(commands: _Commands) -> None:
 def _add_pictures(commands: _Commands) -> None:
     """`plot` and `film`: only the picture that `solve` can add to its other outputs."""
     unasked = dict.fromkeys(("output", "plot", "animate"))
-    unasked |= dict.fromkeys(("singularities", "jerk", "bodies", "all"), False)
+    unasked |= dict.fromkeys(("singularities", "jerk", "bodies", "all", "energies"), False)
     unasked["coordinates"] = None
     pictures = (
         ("plot", "plot", "plot a motion's time histories", "figure: .png, .svg or .pdf"),
@@ -128,6 +130,7 @@ def _add_pictures(commands: _Commands) -> None:
         _add_motion(picture)
         _add_output(picture, file, dest)
         _add_sampling(picture)
+        _add_forces(picture)
         picture.set_defaults(**unasked | {dest: None})
         if name == "plot":
             picture.add_argument(
@@ -148,6 +151,7 @@ def _add_view(commands: _Commands) -> None:
         default=[],
         help="a mesh that the mechanism's file names; no other is read",
     )
+    _add_payload(view)
     view.add_argument("--host", metavar="ADDRESS", default="127.0.0.1", help="address to serve at")
     view.add_argument("--port", metavar="N", type=int, default=8080, help="port to serve at (8080)")
 
@@ -163,6 +167,7 @@ def _add_report(commands: _Commands) -> None:
     _add_mechanism(report)
     _add_motion(report)
     _add_output(report, "page: .html")
+    _add_payload(report)
 
 
 def _add_export(commands: _Commands) -> None:
@@ -176,6 +181,39 @@ def _add_export(commands: _Commands) -> None:
         "and kernel_test.c)",
     )
     _add_driven(export, "driven coordinates, the input of the C code")
+
+
+def _add_forces(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--forces", action="store_true", help="efforts and power of the actuators, drives' torques"
+    )
+    command.add_argument(
+        "--reactions",
+        metavar="JOINTS",
+        nargs="?",
+        const=True,
+        default=False,
+        help="forces in these joints too, comma-separated; in all joints by default",
+    )
+    command.add_argument(
+        "--preload",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="effort that redundant actuators are to be near, e.g. --preload 'P1=200 N'; "
+        "--preload none for the least efforts",
+    )
+    _add_payload(command)
+
+
+def _add_payload(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--payload",
+        metavar="TEXT",
+        action="append",
+        default=[],
+        help="a mass on a body, e.g. --payload '80 kg at seat'",
+    )
 
 
 def _add_motion(command: argparse.ArgumentParser) -> None:

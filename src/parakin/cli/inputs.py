@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ from parakin.errors import InputError
 
 if TYPE_CHECKING:
     from parakin.model.mechanism import Mechanism
+    from parakin.solving.solver import Solver
 
 
 def parameters(settings: Sequence[str], option: str = "--set") -> dict[str, str]:
@@ -29,7 +30,22 @@ def load_mechanism(options: argparse.Namespace) -> Mechanism:
     """The mechanism that the options name. Raises InputError."""
     from parakin.files.reading import load
 
-    return load(options.mechanism, parameters(options.set), options.loops)
+    mechanism = load(options.mechanism, parameters(options.set), options.loops)
+    for text in getattr(options, "payload", ()):
+        mechanism = mechanism.with_payload(text)
+    return mechanism
+
+
+def preloads(solver: Solver, texts: Mapping[str, str]) -> dict[str, float]:
+    """Efforts by coordinate [N or N m]. Raises InputError."""
+    from parakin.model.expressions import Parameters
+    from parakin.model.units import FORCE, TORQUE
+
+    evaluate = Parameters(solver.mechanism.parameters, solver.mechanism.where).evaluate
+    return {
+        name: evaluate(text, TORQUE if solver.graph.is_angle(name) else FORCE, f"--preload {name}")
+        for name, text in texts.items()
+    }
 
 
 def check_outputs(options: argparse.Namespace, paths: Iterable[Path]) -> None:

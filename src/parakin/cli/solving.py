@@ -8,11 +8,12 @@ import sys
 from collections.abc import Iterator, Sequence
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 from rich.console import RenderableType
 
-from parakin.cli.inputs import check_outputs, load_mechanism
+from parakin.cli.inputs import check_outputs, load_mechanism, parameters, preloads
 from parakin.cli.run import Run
 from parakin.cli.streams import WIDE, console, flushed_stdout, say, tell
 from parakin.errors import InputError, printable
@@ -46,7 +47,8 @@ def solve(options: argparse.Namespace) -> int:
         plots.check_coordinates(plotted, solver.coordinates)
     pictured = options.plot is not None or options.animate is not None or options.singularities
     run = Run(motion, pictured=pictured)
-    windows = _windows(solver, motion, options.bodies or options.animate is not None)
+    bodies = options.bodies or options.animate is not None
+    windows = _windows(solver, motion, {"bodies": bodies} | _forces(solver, options))
     _write_result(run.watched(windows, console(stderr=True)), options)
     (last, extremes), mechanism = run.totals(), solver.mechanism
     title = f"{mechanism.name}, {motion.name}: {mechanism.title or 'a mechanism'}"
@@ -81,12 +83,29 @@ def _checked_outputs(options: argparse.Namespace) -> list[Path]:
     return paths
 
 
-def _windows(solver: Solver, motion: Motion, bodies: bool) -> Iterator[xr.Dataset]:
+def _forces(solver: Solver, options: argparse.Namespace) -> dict[str, Any]:
+    """What of forces is asked for, as arguments of `Solver.stream`."""
+    reactions = options.reactions
+    if isinstance(reactions, str):
+        reactions = [name.strip() for name in reactions.split(",")]
+    preload = None
+    if options.preload:
+        given = [text for text in options.preload if text != "none"]
+        preload = preloads(solver, parameters(given, "--preload"))
+    return {
+        "forces": options.forces or bool(options.payload),
+        "reactions": reactions,
+        "energies": options.energies,
+        "preload": preload,
+    }
+
+
+def _windows(solver: Solver, motion: Motion, asked: dict[str, Any]) -> Iterator[xr.Dataset]:
     # The first result of a process pays for imports and compiling, which the reported time
     # should not.
     first = dataclasses.replace(motion, count=min(motion.count, 2))
-    next(solver.stream(first, bodies=bodies), None)
-    return solver.stream(motion, _WINDOW, bodies=bodies, parallel=True)
+    next(solver.stream(first, **asked), None)
+    return solver.stream(motion, _WINDOW, **asked, parallel=True)
 
 
 def _write_result(windows: Iterator[xr.Dataset], options: argparse.Namespace) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
-from parakin.arrays import ORDERS
+from parakin.arrays import OF_MECHANISM, ORDERS, PER_ACTUATOR, PER_JOINT
 from parakin.files.writing import check_suffix, replacing
 from parakin.model.validation import refuse_control
 
@@ -40,7 +40,8 @@ def frame(ds: xr.Dataset) -> pd.DataFrame:
     """The Dataset as a flat table, SI, a row per sample: `time`, `A2.position`, ..., `status`,
     `residual`, `stopped_by`: numbers alone, so that any program can read them.
 
-    Bodies, if there are any, come before the last three: `rod.position.x`, ...
+    Bodies, if there are any, come before the last three: `rod.position.x`, ...; then forces:
+    `P1.effort`, ..., `A2.reaction_force.x`, ...
     """
     import pandas as pd
 
@@ -55,10 +56,31 @@ def frame(ds: xr.Dataset) -> pd.DataFrame:
                 axes = ds["quaternion" if label == "orientation" else "axis"].values.tolist()
                 for a, axis in enumerate(axes):
                     columns[f"{body}.{label}.{axis}"] = ds[variable].values[:, b, a]
+    columns |= _forces(ds)
     columns["status"] = ds["status"].values
     columns["residual"] = ds["residual"].values
     columns["stopped_by"] = ds["stopped_by"].values
     return pd.DataFrame(columns)
+
+
+def _forces(ds: xr.Dataset) -> dict[str, Any]:
+    """Columns of forces and energies, those of each actuator and joint together."""
+    columns: dict[str, Any] = {}
+    for place, (dimension, names) in enumerate(
+        (("actuator", PER_ACTUATOR), ("joint", PER_JOINT), ("idle", ("idle_effort",)))
+    ):
+        known = [name for name in names if name in ds]
+        for k, label in enumerate(ds[dimension].values.tolist() if known else []):
+            for name in known:
+                values = ds[name].values
+                if dimension == "joint":
+                    for a, axis in enumerate("xyz"):
+                        columns[f"{label}.{name}.{axis}"] = values[:, k, a]
+                else:
+                    columns[f"{label}.{name}"] = values[:, k]
+        if place == 0 and "effort_conditioning" in ds:
+            columns["effort_conditioning"] = ds["effort_conditioning"].values
+    return columns | {name: ds[name].values for name in OF_MECHANISM if name in ds}
 
 
 def write(windows: Iterable[xr.Dataset], path: Path) -> None:
@@ -152,6 +174,9 @@ def _netcdf(windows: Iterable[xr.Dataset], path: Path) -> None:
         if "coordinate" in first:
             for name in (name for name in (*ORDERS, "home") if name in first):
                 file[name].attrs["coordinates"] = "unit actuated driven"
+        if "actuator" in first:
+            for name in (name for name in PER_ACTUATOR if name in first):
+                file[name].attrs["coordinates"] = "effort_unit"
         if "stop" in first:
             for name in ("limit_low", "limit_high"):
                 file[name].attrs["coordinates"] = "stop_unit"

@@ -31,7 +31,7 @@ from parakin.model.fields import (
     Triple,
     tupled,
 )
-from parakin.model.forces import Force
+from parakin.model.forces import Force, Payload
 from parakin.model.validation import Table, Text, input_error
 
 # And coordinates: assembly runs in plain Python, where a mechanism of more joints that does not
@@ -180,6 +180,22 @@ class Mechanism(Table):
                     nearest(name, self.parameters),
                 )
         return self.model_copy(update={"parameters": {**self.parameters, **values}})
+
+    def with_payload(self, text: str) -> Mechanism:
+        """The mechanism with a payload, "80 kg at seat" or "80 kg at platform.seat": of a mass at a
+        body's origin or at a point on it. Raises InputError on text of another form; what it names
+        is checked when the mechanism is put in numbers.
+        """
+        mass, at, where = text.rpartition(" at ")
+        if not at or not mass.strip() or not where.strip():
+            raise InputError("payload", repr(text), "a mass and a place, such as '80 kg at seat'")
+        load = Payload(kind="payload", mass=mass.strip(), at=where.strip())
+        name = next(
+            name
+            for name in ("payload", *(f"payload {k}" for k in range(2, len(self.forces) + 3)))
+            if name not in self.forces
+        )
+        return self.model_copy(update={"forces": {**self.forces, name: load}})
 
 
 def _moved_by(joint: Joint) -> str:

@@ -17,7 +17,7 @@ _PER_ACTUATOR = ("time", "actuator")
 
 def force_variables(forces: Forces, asked: Asked) -> tuple[dict[str, Any], dict[str, Any]]:
     """Variables over time, and labels of their dimensions."""
-    unit = " or ".join(sorted({unit.replace(" ", " ") for unit in forces.units}))
+    unit = " or ".join(sorted({*forces.units}))
     variables: dict[str, Any] = {
         "effort": _of_actuators(forces.effort, unit, "effort of the actuators"),
         "effort_band": _of_actuators(
@@ -34,7 +34,7 @@ def force_variables(forces: Forces, asked: Asked) -> tuple[dict[str, Any], dict[
         "actuator": ("actuator", list(forces.actuators)),
         "effort_unit": ("actuator", list(forces.units)),
     }
-    if np.isfinite(forces.motor_speed).any():
+    if forces.drives:
         variables |= {
             "motor_torque": _of_actuators(forces.motor_torque, "N m", "torque of the motors"),
             "motor_torque_band": _of_actuators(
@@ -50,6 +50,7 @@ def force_variables(forces: Forces, asked: Asked) -> tuple[dict[str, Any], dict[
     if len(forces.idle_effort):
         about = {"long_name": "effort that holds idle freedoms at home", "units": "N m or N"}
         variables["idle_effort"] = (("time", "idle"), forces.idle_effort.T, about)
+        labels["idle"] = ("idle", list(forces.idle))
     if asked.energies:
         named = (
             ("kinetic_energy", forces.kinetic, "J"),

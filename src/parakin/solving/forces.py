@@ -41,7 +41,8 @@ class Asked(NamedTuple):
 
 class Forces(NamedTuple):
     """Forces behind poses. Arrays have a row for each actuator or joint; for a batch, one column,
-    or last place, for each pose. SI.
+    or last place, for each pose. SI. idle: coordinates of idle freedoms; drives: actuators that
+    have one.
 
     effort: of the actuators [N or N m]; band: how far Coulomb friction at rest may change it
     either way; power [W] that they give. conditioning: how firmly they hold what is driven,
@@ -56,6 +57,8 @@ class Forces(NamedTuple):
     actuators: tuple[str, ...]
     units: tuple[str, ...]
     joints: tuple[str, ...]
+    idle: tuple[str, ...]
+    drives: tuple[str, ...]
     effort: FloatArray
     band: FloatArray
     power: FloatArray
@@ -257,6 +260,8 @@ class Mechanics:
             tuple(c.name for c in coordinates),
             tuple("N m" if c.angle else "N" for c in coordinates),
             asked.joints,
+            tuple(graph.coordinates[k].name for k in rows.idle),
+            tuple(c.name for c, motor in zip(coordinates, motors, strict=True) if motor),
             effort,
             band,
             effort * velocity,
