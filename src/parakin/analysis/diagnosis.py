@@ -11,6 +11,7 @@ import numpy as np
 
 from parakin.algebra.angles import nearest_angle
 from parakin.algebra.spatial import as_array
+from parakin.analysis.indeterminacy import Indeterminacy, indeterminacy
 from parakin.analysis.mobility import Mobility, mobility
 from parakin.errors import AssemblyError, DrivenError
 from parakin.files.reading import load_motion
@@ -37,7 +38,7 @@ class Diagnosis:
     """What `check` found.
 
     graph, home: the mechanism in numbers, and all coordinates as it is assembled, as their joints
-    count; mobility: its mobility there. refusal: why it cannot be solved for what is driven, or
+    count; mobility: its mobility there; indeterminacy: of reactions. refusal: why it cannot be solved for what is driven, or
     None. warnings: what would be flagged at the first sample of a motion, and what is likely a slip
     in the file.
     """
@@ -45,6 +46,7 @@ class Diagnosis:
     graph: Graph
     home: tuple[float, ...]
     mobility: Mobility
+    indeterminacy: Indeterminacy
     refusal: DrivenError | AssemblyError | None
     warnings: tuple[str, ...]
 
@@ -73,7 +75,8 @@ def diagnosis(mechanism: Mechanism) -> Diagnosis:
         )
     if solver is not None:
         warnings += _flags(solver)
-    return Diagnosis(graph, tuple(home.q.tolist()), found, refusal, tuple(warnings))
+    reactions = indeterminacy(graph, home)
+    return Diagnosis(graph, tuple(home.q.tolist()), found, reactions, refusal, tuple(warnings))
 
 
 def _compiled(

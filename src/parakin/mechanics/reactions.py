@@ -92,22 +92,32 @@ def joint_wrenches(
     return carried(at.circuits, tree, needed, ()).joints | on_cuts
 
 
+def stressed(graph: Graph, tree: Tree, joints: Sequence[JointAt], at: Configuration) -> FloatArray:
+    """What each self-stress of a closed configuration exerts in joints, (joints, 6, n) [N];
+    moments count by the characteristic length.
+    """
+    rows = all_rows(graph, tree)
+    stresses = self_stresses(graph, tree, at)
+    found = np.zeros((len(joints), SIZE, stresses.shape[1]))
+    units = np.array([1.0] * 3 + [1.0 / graph.length] * 3)
+    for number, stress in enumerate(stresses.T):
+        known = {row: float(x) for row, x in zip(rows, stress, strict=True) if x}
+        on = joint_wrenches(at, tree, known)
+        for k, joint in enumerate(joints):
+            parts = at_joint(at.circuits, joint, on.get(joint.carrier))
+            found[k, :, number] = units * [as_float(part) for part in parts]
+    return found
+
+
 def indeterminate(
     graph: Graph, tree: Tree, joints: Sequence[JointAt], samples: Sequence[Configuration]
 ) -> BoolArray:
     """Which components of joints' reactions, (joints, 6), are indeterminate in any of some closed
     configurations of a tree.
     """
-    rows = all_rows(graph, tree)
     unknown = np.zeros((len(joints), SIZE), dtype=bool)
-    units = np.array([1.0] * 3 + [1.0 / graph.length] * 3)
     for at in samples:
-        for stress in self_stresses(graph, tree, at).T:
-            known = {row: float(x) for row, x in zip(rows, stress, strict=True) if x}
-            on = joint_wrenches(at, tree, known)
-            found = np.array(
-                [[as_float(x) for x in at_joint(at.circuits, j, on.get(j.carrier))] for j in joints]
-            )
-            sizes = np.abs(found * units)
-            unknown |= sizes > _FELT * sizes.max(initial=0.0)
+        sizes = np.abs(stressed(graph, tree, joints, at))
+        most = sizes.max(axis=(0, 1), initial=0.0)
+        unknown |= (sizes > _FELT * most).any(axis=2)
     return unknown

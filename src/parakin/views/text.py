@@ -19,6 +19,7 @@ from parakin.model.graph import Graph
 from parakin.solving.modes import Search
 from parakin.solving.status import Status
 from parakin.views.extremes import Extremes
+from parakin.views.reaction_text import reaction_lines
 from parakin.views.units import unit_of
 
 _CLOSES = 1e-9  # of the characteristic length: what stated values may be off
@@ -55,6 +56,7 @@ def mechanism_report(found: Diagnosis) -> RenderableType:
         *lines,
         Text(),
         *mobility_lines(graph, found.mobility),
+        *reaction_lines(found.indeterminacy),
         Text(),
         _home_table(graph, home),
         *_home_notes(graph, home),

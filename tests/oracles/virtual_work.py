@@ -1,0 +1,106 @@
+"""Efforts by d'Alembert's principle from nothing but poses: an oracle for inverse dynamics.
+
+Bodies' poses are asked for at Chebyshev's nodes, along the motion and along each driven coordinate;
+velocities, accelerations and virtual displacements are derivatives of the polynomials through them.
+Neither the recursion's rates nor its wrenches come in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from parakin.solving.solver import Solver
+
+Array = NDArray[np.float64]
+
+NODES = 21
+_T = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)  # on [-1, 1]
+
+
+@dataclass(frozen=True)
+class Lump:
+    """A body's mass, centre of mass in its frame, and inertia tensor about that in its axes."""
+
+    mass: float
+    com: Array
+    inertia: Array
+
+
+def derivative(values: Array, span: float, order: int) -> Array:
+    """At the middle of an interval of half-width `span`, from values (NODES, ...) at its nodes."""
+    coefficients = chebyshev.chebfit(_T, values.reshape(NODES, -1), NODES - 1)
+    found = chebyshev.chebval(0.0, chebyshev.chebder(coefficients, order)) / span**order
+    return np.asarray(found).reshape(values.shape[1:])
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Centres of mass (bodies, 3), rotations (bodies, 3, 3) and actuated positions (m,)."""
+
+    p: Array
+    R: Array
+    q: Array
+
+
+def _poses(solver: Solver, lumps: Mapping[str, Lump], actuated: Sequence[str], y: Array) -> Poses:
+    tick = solver.at(y)
+    assert tick.status == 0, tick.why()
+    origins, quaternions = solver.poses(y, tick)
+    names = [b.name for b in solver.mechanism.bodies if b.name != solver.mechanism.base]
+    R = Rotation.from_quat(quaternions, scalar_first=True).as_matrix()
+    rows = [names.index(name) for name in lumps]
+    com = np.array([lump.com for lump in lumps.values()])
+    q = np.array([tick.value(name) for name in actuated], dtype=float)
+    return Poses(origins[rows] + np.einsum("bij,bj->bi", R[rows], com), R[rows], q)
+
+
+def _vee(S: Array) -> Array:
+    return 0.5 * np.array([S[2, 1] - S[1, 2], S[0, 2] - S[2, 0], S[1, 0] - S[0, 1]])
+
+
+def efforts(
+    solver: Solver,
+    lumps: Mapping[str, Lump],
+    gravity: Array,
+    actuated: Sequence[str],
+    state: tuple[Array, Array, Array],
+    span: float,
+    reach: float,
+) -> Array:
+    """Efforts of the actuated coordinates at driven positions, velocities and accelerations.
+
+    span: half the time that poses are asked for in [s]; reach: half the virtual displacement.
+    """
+    y, yd, ydd = state
+    time = span * _T
+    moving = [
+        _poses(solver, lumps, actuated, y + t * yd + 0.5 * t * t * ydd) for t in time.tolist()
+    ]
+    here = _poses(solver, lumps, actuated, y)
+    a = derivative(np.array([each.p for each in moving]), span, 2)
+    R1 = derivative(np.array([each.R for each in moving]), span, 1)
+    R2 = derivative(np.array([each.R for each in moving]), span, 2)
+    forces, moments = [], []
+    for k, lump in enumerate(lumps.values()):
+        R = here.R[k]
+        w, alpha = _vee(R1[k] @ R.T), _vee(R2[k] @ R.T)
+        inertia = R @ lump.inertia @ R.T
+        forces.append(lump.mass * (a[k] - gravity))
+        moments.append(inertia @ alpha + np.cross(w, inertia @ w))
+    needed, rates = np.zeros(len(y)), np.zeros((len(y), len(actuated)))
+    for j in range(len(y)):
+        step = reach * np.eye(len(y))[j]
+        aside = [_poses(solver, lumps, actuated, y + t * step) for t in _T.tolist()]
+        dp = derivative(np.array([each.p for each in aside]), reach, 1)
+        dR = derivative(np.array([each.R for each in aside]), reach, 1)
+        rates[j] = derivative(np.unwrap([each.q for each in aside], axis=0), reach, 1)
+        for k in range(len(lumps)):
+            needed[j] += forces[k] @ dp[k] + moments[k] @ _vee(dR[k] @ here.R[k].T)
+    found: Array = np.linalg.solve(rates, needed)
+    return found
