@@ -36,7 +36,7 @@ def derivative(values: Array, span: float, order: int) -> Array:
     """At the middle of an interval of half-width `span`, from values (NODES, ...) at its nodes."""
     coefficients = chebyshev.chebfit(_T, values.reshape(NODES, -1), NODES - 1)
     found = chebyshev.chebval(0.0, chebyshev.chebder(coefficients, order)) / span**order
-    return np.asarray(found).reshape(values.shape[1:])
+    return np.asarray(found, dtype=float).reshape(values.shape[1:])
 
 
 @dataclass(frozen=True)
@@ -102,5 +102,4 @@ def efforts(
         rates[j] = derivative(np.unwrap([each.q for each in aside], axis=0), reach, 1)
         for k in range(len(lumps)):
             needed[j] += forces[k] @ dp[k] + moments[k] @ _vee(dR[k] @ here.R[k].T)
-    found: Array = np.linalg.solve(rates, needed)
-    return found
+    return np.asarray(np.linalg.solve(rates, needed), dtype=float)

@@ -133,8 +133,8 @@ def test_a_slider_crank_holds_as_in_the_textbook(tmp_path: Path) -> None:
     assert tick.status == 0
     forces = tick.forces
     assert forces is not None
-    theta, r, l, P = math.radians(105), 0.075, 0.35, 900.0
-    phi = math.asin(r * math.sin(theta) / l)
+    theta, r, rod, P = math.radians(105), 0.075, 0.35, 900.0
+    phi = math.asin(r * math.sin(theta) / rod)
     assert math.degrees(phi) == pytest.approx(11.95, abs=0.005)
     assert np.linalg.norm(forces.reaction_force[0, :2]) == pytest.approx(920.0, abs=1.0)
     assert np.linalg.norm(forces.reaction_force[0, :2]) == pytest.approx(P / math.cos(phi))

@@ -38,9 +38,9 @@ class Diagnosis:
     """What `check` found.
 
     graph, home: the mechanism in numbers, and all coordinates as it is assembled, as their joints
-    count; mobility: its mobility there; indeterminacy: of reactions. refusal: why it cannot be solved for what is driven, or
-    None. warnings: what would be flagged at the first sample of a motion, and what is likely a slip
-    in the file.
+    count; mobility: its mobility there; indeterminacy: of reactions. refusal: why it cannot be
+    solved for what is driven, or None. warnings: what would be flagged at the first sample of a
+    motion, and what is likely a slip in the file.
     """
 
     graph: Graph

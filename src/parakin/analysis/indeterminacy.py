@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import qr
 
-from parakin.arrays import FloatArray
+from parakin.arrays import BoolArray, FloatArray
 from parakin.kinematics.assembly import neighbours
 from parakin.kinematics.configuration import Configuration, configure
 from parakin.mechanics.reactions import JointAt, indeterminate, joints_at, stressed
@@ -42,10 +42,8 @@ def indeterminacy(graph: Graph, home: Configuration) -> Indeterminacy:
     samples = [home, *neighbours(graph, graph.posed_tree(), home, 3)]
     samples = [configure(graph, tree, at.q) for at in samples]
     unknown = indeterminate(graph, tree, joints, samples)
-    generic = min(
-        (stressed(graph, tree, joints, at) for at in samples),
-        key=lambda stresses: stresses.shape[2],
-    )
+    stresses = [stressed(graph, tree, joints, at) for at in samples]
+    generic = min(stresses, key=lambda each: each.shape[2])
     freedom = (5 if joint.kind == "rod" else len(joint.pairs) for joint in declared)
     return Indeterminacy(
         6 * len(declared) - sum(freedom),
@@ -54,7 +52,7 @@ def indeterminacy(graph: Graph, home: Configuration) -> Indeterminacy:
     )
 
 
-def _named(joints: Sequence[JointAt], chosen: FloatArray) -> dict[str, tuple[str, ...]]:
+def _named(joints: Sequence[JointAt], chosen: BoolArray) -> dict[str, tuple[str, ...]]:
     return {
         joint.name: tuple(COMPONENTS[k] for k in np.flatnonzero(row))
         for joint, row in zip(joints, chosen, strict=True)
@@ -62,7 +60,7 @@ def _named(joints: Sequence[JointAt], chosen: FloatArray) -> dict[str, tuple[str
     }
 
 
-def _released(stresses: FloatArray) -> FloatArray:
+def _released(stresses: FloatArray) -> BoolArray:
     """Components (joints, 6) that together know every self-stress (joints, 6, n): joint by joint,
     always the one that knows most of those left.
     """

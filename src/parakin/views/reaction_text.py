@@ -15,9 +15,7 @@ def reaction_lines(found: Indeterminacy) -> list[Text]:
     """
     if not found.count:
         return []
-    released = "; ".join(
-        f"{joint} to its {_listed(parts)}" for joint, parts in found.releases.items()
-    )
+    released = "; ".join(f"{joint} ({_listed(parts)})" for joint, parts in found.releases.items())
     return [
         Text(
             f"  reactions: {found.count} of {found.components} components are indeterminate, in "
@@ -28,7 +26,7 @@ def reaction_lines(found: Indeterminacy) -> list[Text]:
 
 
 def _listed(parts: Sequence[str]) -> str:
-    """ "force z, moments x and y" """
+    """For example: force z, moments x and y."""
     texts = []
     for kind in ("force", "moment"):
         axes = [part.removeprefix(f"{kind} ") for part in parts if part.startswith(kind)]
