@@ -141,18 +141,22 @@ def view(
 
 
 def export(
-    mechanism: Mechanism | str | Path, path: str | Path, driven: Sequence[str] | None = None
+    mechanism: Mechanism | str | Path,
+    path: str | Path,
+    driven: Sequence[str] | None = None,
+    *,
+    forces: bool = False,
 ) -> list[Path]:
     """Write a mechanism for another program: .xml (MuJoCo), .urdf with a file of its loops, or .c
     with its header and test. Returns the paths. If it fails, no file is changed.
 
-    driven: the driven coordinates of the C code, by default the mechanism's own.
-    Raises InputError, AssemblyError, DrivenError.
+    driven: the driven coordinates of the C code, by default the mechanism's own. forces: a function
+    of the actuators' efforts in it, too. Raises InputError, AssemblyError, DrivenError.
     """
     from parakin.exports.export import export as exported
     from parakin.files.reading import loaded
 
-    return exported(loaded(mechanism), Path(path), driven)
+    return exported(loaded(mechanism), Path(path), driven, forces=forces)
 
 
 def save(result: xr.Dataset | Iterable[xr.Dataset], path: str | Path) -> None:

@@ -181,6 +181,8 @@ def _add_export(commands: _Commands) -> None:
         "and kernel_test.c)",
     )
     _add_driven(export, "driven coordinates, the input of the C code")
+    export.add_argument("--forces", action="store_true", help="efforts in the C code too")
+    _add_payload(export)
 
 
 def _add_forces(command: argparse.ArgumentParser) -> None:

@@ -84,7 +84,8 @@ def _export(options: argparse.Namespace) -> int:
 
     check_outputs(options, check_export(options.output))
     driven = options.driven.split(",") if options.driven else None
-    written = export(load_mechanism(options), options.output, driven)
+    mechanism = load_mechanism(options)
+    written = export(mechanism, options.output, driven, forces=options.forces)
     say(printable(f"wrote {', '.join(map(str, written))}"))
     return 0
 

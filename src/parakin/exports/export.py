@@ -34,11 +34,17 @@ def check_export(path: Path) -> list[Path]:
     return paths
 
 
-def export(mechanism: Mechanism, path: Path, driven: Sequence[str] | None = None) -> list[Path]:
+def export(
+    mechanism: Mechanism,
+    path: Path,
+    driven: Sequence[str] | None = None,
+    *,
+    forces: bool = False,
+) -> list[Path]:
     """Write a mechanism for another program. If it fails, no file is changed.
 
-    driven: the driven coordinates of the C code, by default the mechanism's own. Returns the
-    paths written. Raises InputError, AssemblyError, DrivenError.
+    driven: the driven coordinates of the C code, by default the mechanism's own. forces: a function
+    of efforts in it, too. Returns the paths written. Raises InputError, AssemblyError, DrivenError.
     """
     paths = check_export(path)
     suffix = path.suffix.lower()
@@ -46,11 +52,14 @@ def export(mechanism: Mechanism, path: Path, driven: Sequence[str] | None = None
         raise InputError(
             "--driven", f"an export to {suffix}", "one to .c; a model leaves open what is driven"
         )
+    if forces and suffix != ".c":
+        found = f"an export to {suffix}"
+        raise InputError("--forces", found, "one to .c; a model brings its masses along anyway")
     texts: tuple[str, ...]
     if suffix == ".c":
         from parakin.exports.c99.code import c_code
 
-        texts = c_code(mechanism, path.stem, driven)
+        texts = c_code(mechanism, path.stem, driven, forces=forces)
     elif suffix == ".urdf":
         from parakin.exports.urdf import urdf
 

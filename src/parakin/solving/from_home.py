@@ -13,10 +13,10 @@ from parakin.motion.laws import from_laws, polynomial345
 from parakin.planning.plan import Plan
 from parakin.solving.atlas import Atlas
 from parakin.solving.charts import Chart
-from parakin.solving.locks import Locks, near_lock
+from parakin.solving.locks import Locks, near_lock, off_the_lock, try_again
 from parakin.solving.status import TURNS, Status
 from parakin.solving.tracking import POORER, Track
-from parakin.solving.walking import REGULAR, State, iterate, walk
+from parakin.solving.walking import CLOSED, REGULAR, State, iterate, walk
 
 # Figure of a plan whose sign is about to change; at an end of reach it is left sooner.
 _POOR = 2e-3
@@ -100,3 +100,32 @@ def _tracked(atlas: Atlas, y: FloatArray) -> FloatArray | None:
         return None
     q = chart.coordinates_at(pieces[-1].chart.configuration(y, pieces[-1].out[:, -1]))
     return np.array([q[k] - chart.plan.offset(k) for k in chart.plan.iterated])
+
+
+def from_guess(
+    atlas: Atlas, locks: Locks, inputs: FloatArray, guess: FloatArray | None
+) -> tuple[FloatArray, StatusArray | int]:
+    """Outputs of driven inputs (rows,) or (rows, n) from a guess of what is iterated; without one
+    from home, with the status of the walk from there.
+    """
+    chart = atlas.home
+    outputs = chart.outputs
+    guess = None if guess is None else off_the_lock(locks, guess)
+    if inputs.ndim == 1 and guess is not None:
+        alone = chart.alone(inputs, guess)
+        if alone[outputs.residual] <= CLOSED * alone[outputs.size]:
+            return alone, 0
+    columns = inputs[:, None] if inputs.ndim == 1 else inputs
+    walked: StatusArray | None = None
+    if guess is None:
+        start, walked = from_home(atlas, locks, columns[: len(chart.plan.driven)])
+    else:
+        start = guess[:, None] if guess.ndim == 1 else guess
+        if start.shape[1] != columns.shape[1]:
+            start = np.broadcast_to(start, (len(start), columns.shape[1]))
+    out = iterate(chart, columns, start)
+    if locks:
+        try_again(chart, locks, out, columns, start)
+    if inputs.ndim == 1:
+        return out[:, 0], 0 if walked is None else int(walked[0])
+    return out, 0 if walked is None else walked

@@ -26,16 +26,16 @@ from parakin.solving.atlas import Atlas
 from parakin.solving.behind import forces_behind
 from parakin.solving.bodies import points_of
 from parakin.solving.charts import Chart, limited
-from parakin.solving.from_home import from_home, home_values
+from parakin.solving.forces import Mechanics
+from parakin.solving.from_home import from_guess, home_values
 from parakin.solving.inputs import Guesses, all_bounded, stacked
-from parakin.solving.locks import locks_of, off_the_lock, try_again
+from parakin.solving.locks import locks_of, off_the_lock
 from parakin.solving.results import Labels, quaternions
 from parakin.solving.status import (
     RESIDUAL,
     SINGULAR,
 )
 from parakin.solving.tick import Tick
-from parakin.solving.walking import CLOSED, iterate
 from parakin.solving.windows import Windows
 
 if TYPE_CHECKING:
@@ -170,7 +170,8 @@ class Solver:
         start = None if guess is None else self._guesses.start_of(guess, inputs.shape[1:])
         walked: StatusArray | int = 0
         if self._iterated:
-            out, walked = self._iterate(inputs, None if start is None else start.iterated)
+            known = None if start is None else start.iterated
+            out, walked = from_guess(self._atlas, self._locks, inputs, known)
         else:
             out = self._run(inputs, parallel=parallel)
         plain = self._guesses.turned_to(out, start) if start is not None else True
@@ -211,33 +212,14 @@ class Solver:
         )
 
     @property
+    def mechanics(self) -> Mechanics:
+        """What forces need to know of the plan."""
+        return self._chart.mechanics
+
+    @property
     def angle_rows(self) -> list[int]:
         """Rows of `coordinates` that are angles."""
         return self._atlas.angle_rows
-
-    def _iterate(
-        self, inputs: FloatArray, guess: FloatArray | None
-    ) -> tuple[FloatArray, StatusArray | int]:
-        """Outputs and, where there is no guess, the status of the walk from home."""
-        guess = None if guess is None else off_the_lock(self._locks, guess)
-        if inputs.ndim == 1 and guess is not None:
-            alone = self._chart.alone(inputs, guess)
-            if alone[self._outputs.residual] <= CLOSED * alone[self._outputs.size]:
-                return alone, 0
-        columns = inputs[:, None] if inputs.ndim == 1 else inputs
-        walked: StatusArray | None = None
-        if guess is None:
-            start, walked = from_home(self._atlas, self._locks, columns[: len(self.driven)])
-        else:
-            start = guess[:, None] if guess.ndim == 1 else guess
-            if start.shape[1] != columns.shape[1]:
-                start = np.broadcast_to(start, (len(start), columns.shape[1]))
-        out = iterate(self._chart, columns, start)
-        if self._locks:
-            try_again(self._chart, self._locks, out, columns, start)
-        if inputs.ndim == 1:
-            return out[:, 0], 0 if walked is None else int(walked[0])
-        return out, 0 if walked is None else walked
 
     def poses(self, y: ArrayLike, tick: Tick) -> tuple[FloatArray, FloatArray]:
         """The pose of every body, given driven values `y`, (k,), and what `at` returned for them.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from parakin.errors import AssemblyError
+from parakin.exports.c99 import efforts
 from parakin.exports.c99.comparison import comparison
 from parakin.exports.c99.header import header
 from parakin.exports.c99.kernel import kernel
@@ -14,11 +15,12 @@ from parakin.solving.compiler import compile as compile_mechanism
 
 
 def c_code(
-    mechanism: Mechanism, stem: str, driven: Sequence[str] | None = None
+    mechanism: Mechanism, stem: str, driven: Sequence[str] | None = None, *, forces: bool = False
 ) -> tuple[str, str, str]:
     """The kernel, its header and a test program, as text; functions are named after `stem`.
 
-    driven: the driven coordinates, by default the mechanism's own.
+    driven: the driven coordinates, by default the mechanism's own. forces: a function of the
+    actuators' efforts too.
     Raises InputError, AssemblyError, DrivenError.
     """
     solver = compile_mechanism(mechanism, driven, machine_code=False)
@@ -32,4 +34,5 @@ def c_code(
         wanted = [c.name for c in graph.coordinates if c.name in outputs]
         solver = compile_mechanism(mechanism, driven, coordinates=wanted, machine_code=False)
     names = Names(stem)
-    return kernel(solver, names), header(solver, names), comparison(solver, names)
+    code = kernel(solver, names) + (efforts.definition(solver, names) if forces else "")
+    return code, header(solver, names, forces=forces), comparison(solver, names, forces=forces)

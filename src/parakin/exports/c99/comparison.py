@@ -8,6 +8,7 @@ import numpy as np
 
 from parakin.arrays import FloatArray
 from parakin.errors import AssemblyError
+from parakin.exports.c99.efforts import force_rows, load_values, samples
 from parakin.exports.c99.names import Names
 from parakin.solving.solver import Solver
 from parakin.solving.status import Status
@@ -16,10 +17,11 @@ _SAMPLES = 20  # poses that the test program knows
 _SWING = 0.02  # how far these go from home [rad, or characteristic lengths]
 
 
-def comparison(solver: Solver, names: Names) -> str:
+def comparison(solver: Solver, names: Names, *, forces: bool = False) -> str:
     """The text of the program. Raises AssemblyError where home is singular."""
     given, known, status = _samples(solver)
     stem = names.stem
+    checks = _effort_checks(solver, names) if forces else ("", "", "")
     return f"""/* {stem}_test.c: compares {stem}.c with parakin's own results. For example:
  *     cc -std=c99 -O2 -o {stem}_test {stem}_test.c {stem}.c -lm && ./{stem}_test
  */
@@ -44,14 +46,51 @@ static const double known[SAMPLES][{known.shape[1]}] = {{
 
 static const int status[SAMPLES] = {{{", ".join(map(str, status))}}};
 
-{_main(len(solver.driven), len(solver.coordinates), names)}"""
+{_forces_known(solver, given) if forces else ""}\
+{_main(len(solver.driven), len(solver.coordinates), names, checks)}"""
 
 
 def _rows(table: FloatArray) -> str:
     return ",\n".join("    {" + ", ".join(map(repr, row)) + "}" for row in table.tolist())
 
 
-def _main(k: int, n: int, names: Names) -> str:
+def _forces_known(solver: Solver, given: FloatArray) -> str:
+    efforts = samples(solver, given)
+    loads = load_values(solver)
+    text = f"""static const double efforts[SAMPLES][{efforts.shape[1]}] = {{
+{_rows(efforts)}
+}};
+
+"""
+    if loads:
+        text += f"static const double loads[{len(loads)}] = {{{', '.join(map(repr, loads))}}};\n\n"
+    return text
+
+
+def _effort_checks(solver: Solver, names: Names) -> tuple[str, str, str]:
+    """What is declared, what is compared at each pose, and what is timed."""
+    k, loads = len(solver.driven), "loads, " if solver.graph.dynamics.inputs else ""
+    count = len(force_rows(solver).actuated)
+    return (
+        f"    double effort[{count}];\n",
+        f"""\
+        if ({names.prefix}_efforts(y, y + {k}, y + {2 * k}, {loads}&state, effort) != 0)
+            ++wrong;
+        for (j = 0; j < {count}; ++j)
+            compare(effort[j], efforts[i][j]);
+""",
+        f"""    begun = clock();
+    for (i = 0; i < ROUNDS; ++i) {{
+        const double *y = given[i % SAMPLES];
+        {names.prefix}_efforts(y, y + {k}, y + {2 * k}, {loads}&state, effort);
+    }}
+    printf("%.0f ns for the efforts of a pose\\n",
+           1e9 * (double)(clock() - begun) / CLOCKS_PER_SEC / ROUNDS);
+""",
+    )
+
+
+def _main(k: int, n: int, names: Names, efforts: tuple[str, str, str]) -> str:
     """For `k` driven coordinates and `n` altogether."""
     name = names.prefix
     return f"""static double worst = 0.0;
@@ -67,7 +106,7 @@ int main(void)
 {{
     {name}_state state;
     clock_t begun;
-    int i, j, wrong = 0;
+{efforts[0]}    int i, j, wrong = 0;
 
     {name}_home(&state);
     for (i = 0; i < SAMPLES; ++i) {{
@@ -79,7 +118,7 @@ int main(void)
             compare(state.velocity[j], known[i][{n} + j]);
             compare(state.acceleration[j], known[i][{2 * n} + j]);
         }}
-    }}
+{efforts[1]}    }}
     begun = clock();
     for (i = 0; i < ROUNDS; ++i) {{
         const double *y = given[i % SAMPLES];
@@ -87,7 +126,7 @@ int main(void)
     }}
     printf("%d poses, %d with another status, largest relative difference %.1e, %.0f ns a pose\\n",
            SAMPLES, wrong, worst, 1e9 * (double)(clock() - begun) / CLOCKS_PER_SEC / ROUNDS);
-    return wrong == 0 && worst < 1e-12 ? 0 : 1;
+{efforts[2]}    return wrong == 0 && worst < 1e-12 ? 0 : 1;
 }}
 """
 

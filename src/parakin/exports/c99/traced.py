@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from parakin.algebra.spatial import FLOATS, Functions, Scalar, as_float
+from parakin.kernel.backends import input_count
 from parakin.kernel.outputs import Outputs
 from parakin.kernel.pose import solve_pose
 from parakin.solving.solver import Solver
@@ -98,25 +99,33 @@ def _functions(statements: _Statements) -> Functions:
     return Functions(*(function(p, f) for p, f in zip(patterns, FLOATS, strict=True)))
 
 
-def c_function(solver: Solver, name: str, outputs: Outputs) -> str:
+def c_function(
+    solver: Solver,
+    name: str,
+    outputs: Outputs,
+    rows: slice[int, int, None] | slice[None, None, None] = slice(None),
+) -> str:
     """A function in C from a kernel's inputs to its outputs, with one Newton step if it iterates.
 
     in: driven positions and as many derivatives as `outputs` has, then the guess of what is
-    iterated. out: the rows of `outputs`.
+    iterated, and what loads take. out: the rows of `outputs`, or those of them chosen.
     """
     statements = _Statements()
     k = len(solver.driven)
     orders = 1 + outputs.derivatives
-    inputs = [Term(statements, f"in[{i}]") for i in range(k * orders + len(solver.iterated))]
+    count = input_count(solver.plan, outputs)
+    inputs = [Term(statements, f"in[{i}]") for i in range(count)]
+    rest = k * orders + len(solver.iterated)
     results = solve_pose(
         solver.plan,
         [inputs[k * order : k * (order + 1)] for order in range(orders)],
-        inputs[k * orders :],
+        inputs[k * orders : rest],
         _functions(statements),
         outputs,
         1,
+        loads=inputs[rest:],
     )
-    texts = [_text(result) for result in results]
+    texts = [_text(result) for result in results[rows]]
     body = statements.needed_for(texts)
     body += [f"    out[{i}] = {text};" for i, text in enumerate(texts)]
     if not any("in[" in line for line in body):
