@@ -36,6 +36,7 @@ from parakin.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from parakin.analysis.singularities import singularities
+    from parakin.analysis.stiffness import stiffness
     from parakin.errors import (
         AssemblyError,
         DrivenError,
@@ -74,6 +75,7 @@ _MODULES = {
     "compile": "solving.compiler",
     "modes": "solving.modes",
     "singularities": "analysis.singularities",
+    "stiffness": "analysis.stiffness",
     "check": "verbs",
     "draw": "verbs",
     "export": "verbs",
@@ -135,6 +137,7 @@ __all__ = [
     "require_solved",
     "save",
     "singularities",
+    "stiffness",
     "view",
 ]
 

@@ -47,7 +47,8 @@ class Drive(Table):
     default the latter is the former. rotor: the motor's moment of inertia [kg m²], a direct
     linear drive's mass [kg]. torque_constant [N m/A], of a direct linear drive [N/A]. max_effort
     [N or N m], max_speed and max_power are limits of the joint's force, speed and power, max_torque
-    of the motor's torque. Raises InputError.
+    of the motor's torque. stiffness [N/m or N m/rad]: how the drive gives way along its coordinate
+    while it holds; rigid by default. Raises InputError.
     """
 
     lead: Quantity | None = None

@@ -19,6 +19,7 @@ from parakin.arrays import FloatArray, StatusArray
 from parakin.errors import InputError
 from parakin.files.reading import load_motion
 from parakin.kernel.outputs import ORIENTATION, POINT, POSITION, Outputs
+from parakin.kinematics.configuration import Configuration
 from parakin.motion.motion import Motion, Samples
 from parakin.planning.plan import Plan
 from parakin.solving.answers import Answers
@@ -210,6 +211,16 @@ class Solver:
             )
             + notebook.table(("coordinate", "home", "solved"), rows)
         )
+
+    def configuration(self, y: FloatArray, tick: Tick) -> Configuration:
+        """All joints and bodies in numbers, given driven values `y`, (k,), and what `at` returned
+        for them.
+        """
+        chart = self._atlas.followed  # which knows whatever is solved for
+        known = tick.iterated if len(tick.iterated) else tick.position[self.layout.iterated[0]]
+        known = off_the_lock(self._locks, known)
+        inputs = np.concatenate([y, np.zeros(chart.outputs.derivatives * len(y)), known])
+        return chart.configuration(y, chart.run(inputs))
 
     @property
     def mechanics(self) -> Mechanics:
