@@ -22,6 +22,7 @@ from rich.console import Console
 from rich.table import Table
 
 import parakin
+from benchmarks import forces
 from benchmarks.baselines import COORDINATES, build_c_strokes, solve_motion_scipy
 from benchmarks.timing import best, machine, median
 from parakin.files.datasets import write
@@ -254,6 +255,9 @@ def main() -> None:
     strokes(report)
     hexapod(report)
     others(report)
+    for name in forces.CASES:
+        for row in forces.rows(name):
+            report.add(*row)
     start_up(report)
     if chosen.long:
         ten_million(report)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import parakin
-from parakin import InputError, Mechanism
+from parakin import Body, InputError, Mechanism
 from parakin.analysis.stiffness import Stiffness
 from parakin.model.drives import Drive
 
@@ -15,17 +15,18 @@ LIMIT = 5000.0  # [N]
 
 
 def hexapod(**drive: float) -> Mechanism:
-    """The catalogue's, every leg with this drive."""
+    """The catalogue's without its masses, every leg with this drive."""
     mechanism = parakin.load("gough-stewart")
     joints = [
         joint.model_copy(update={"drive": Drive(**drive)}) if joint.actuated else joint
         for joint in mechanism.joints
     ]
-    return mechanism.model_copy(update={"joints": tuple(joints)})
+    bodies = tuple(Body(name=body.name, points=body.points) for body in mechanism.bodies)
+    return mechanism.model_copy(update={"joints": tuple(joints), "bodies": bodies})
 
 
 def legs() -> np.ndarray:
-    """Plücker lines of the legs at home about the platform's origin, (6, legs): from base to top."""
+    """Plücker lines of the legs at home about the platform's origin, upwards, (6, legs)."""
     a, rb, rp, h = np.radians(20), 1.2, 0.7, 1.1
     base = np.radians([-10, 10, 110, 130, 230, 250])
     top = np.array([a / 2 - np.pi / 3, np.pi / 3 - a / 2, np.pi / 3 + a / 2])

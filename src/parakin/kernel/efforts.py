@@ -45,7 +45,7 @@ def forces(
     )
     rates = [coordinate(plan, moved, k, 2)[1:] for k in wanted.actuated]
     results = [*efforts, *bands, *(rate for rate, _ in rates), *(second for _, second in rates)]
-    results.append(figure)
+    results += [figure, moved.quality.least(functions)]
     if wanted.idle or wanted.joints:
         for k, effort in zip(wanted.actuated, efforts, strict=True):
             needs = needs.less(statics.unit_effort(k), effort)

@@ -14,9 +14,10 @@ class ForceRows:
     """Forces that a kernel returns after all else, a scalar each.
 
     For every coordinate of `actuated` its effort, how far friction at rest may change that, its
-    velocity and its acceleration; the conditioning of the actuators; the effort that holds each
-    of the `idle` coordinates. For each of `joints` force and moment on its child, at its origin on
-    the child along its axes on the parent; with joints, how far all efforts miss balance [N].
+    velocity and its acceleration; the conditioning of the actuators, and of the plan; the effort
+    that holds each of the `idle` coordinates. For each of `joints` force and moment on its child,
+    at its origin on the child along its axes on the parent; with joints, how far all efforts miss
+    balance [N].
     With `energies` kinetic and potential energy [J], power lost and power applied [W].
 
     extra: closure rows that hold what the plan need not solve for (`planning.holding`);
@@ -64,9 +65,14 @@ class ForceRows:
         return self._of_actuated(4).start
 
     @property
+    def regular(self) -> int:
+        """How far the plan is from singular, squared and signed as in `Outputs.conditioning`."""
+        return self.conditioning + 1
+
+    @property
     def held(self) -> slice[int, int, None]:
         """Efforts that hold idle coordinates."""
-        return slice(self.conditioning + 1, self.conditioning + 1 + len(self.idle))
+        return slice(self.regular + 1, self.regular + 1 + len(self.idle))
 
     @property
     def reactions(self) -> slice[int, int, None]:

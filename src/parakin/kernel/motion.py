@@ -127,6 +127,13 @@ class Quality(NamedTuple):
         """Where the figure of a block belongs that is iterated."""
         return self.unsigned if block.form.unsigned else self.signed
 
+    def least(self, functions: Functions) -> Scalar:
+        """The least of them, at most 1."""
+        least: Scalar = 1.0
+        for figure in (*self.signed, *self.unsigned):
+            least = functions.minimum(least, figure)
+        return least
+
 
 def _mix(plan: Plan, k: int, rates: Sequence[Scalar]) -> Scalar:
     total: Scalar = 0.0

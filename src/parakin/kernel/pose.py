@@ -67,7 +67,7 @@ def _checks(plan: Plan, moved: Moved, functions: Functions) -> list[Scalar]:
     product: Scalar = 1.0
     for figure in quality.unsigned:
         product = mul(product, figure)
-    least = _least([*quality.signed, *quality.unsigned], functions)
+    least = quality.least(functions)
     return [
         residual,
         _signed_root(least, functions),
@@ -75,13 +75,6 @@ def _checks(plan: Plan, moved: Moved, functions: Functions) -> list[Scalar]:
         size,
         functions.sqrt(product),
     ]
-
-
-def _least(figures: Sequence[Scalar], functions: Functions) -> Scalar:
-    least: Scalar = 1.0
-    for figure in figures:
-        least = functions.minimum(least, figure)
-    return least
 
 
 def _signed_root(a: Scalar, functions: Functions) -> Scalar:

@@ -49,9 +49,7 @@ def forces_behind(
         parallel and n >= SPREAD,
     )
     solved = are(SOLVED, np.atleast_1d(np.asarray(tick.status)))
-    if chart.outputs.checks:
-        own = chart.run(np.concatenate([columns, found]))[chart.outputs.conditioning]
-        solved &= own >= SINGULAR
-    out[:, ~solved] = np.nan
     rows = mechanics.rows(asked, mechanics.reference)
+    solved &= out[rows.regular] >= SINGULAR**2  # else solved on another chart
+    out[:, ~solved] = np.nan
     return mechanics.forces(asked, rows, out[:, 0] if inputs.ndim == 1 else out)

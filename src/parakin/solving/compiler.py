@@ -57,6 +57,8 @@ def compile(
         raise InputError("derivatives", f"{derivatives}", "0, 1, 2 or 3")
     if coordinates is not None and not isinstance(coordinates, str):
         coordinates = tuple(coordinates)
+        if not coordinates:
+            raise InputError("coordinates", "none", "at least one")
     graph = graph_of(mechanism)
     names = _driven(mechanism, driven)
     numbers = [graph.index(name, f"{mechanism.where}: driven") for name in names]
