@@ -38,20 +38,20 @@ class Actuation:
         resting = {k: band for k, band in bands.items() if not is_zero(band)}
         apart = [k for k in resting if k not in actuated]
         sides += [self.statics.given_by(k) for k in apart]
-        solutions, figure = self._solved(sides)
+        solutions, figure = self.solved(sides)
         totals = [resting.get(k, 0.0) for k in actuated]
         if len(actuated) > len(needed):  # the band of an actuator's friction is shared, too
             totals = [0.0 for _ in actuated]
             apart += [k for k in resting if k in actuated]
             shared = [self.statics.given_by(k) for k in resting if k in actuated]
-            solutions = solutions[: len(sides)] + self._solved(shared, preloaded=False)[0]
+            solutions = solutions[: len(sides)] + self.solved(shared, preloaded=False)[0]
         for k, solution in zip(apart, solutions[1:], strict=True):
             for place, part in enumerate(solution):
                 size = self.statics.functions.sqrt(mul(part, part))
                 totals[place] = add(totals[place], mul(size, resting[k]))
         return solutions[0], totals, figure
 
-    def _solved(
+    def solved(
         self, sides: Sequence[Sequence[Scalar]], *, preloaded: bool = True
     ) -> tuple[list[list[Scalar]], Scalar]:
         """Efforts that give the driven coordinates each of `sides`."""

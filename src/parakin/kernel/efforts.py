@@ -8,17 +8,18 @@ tells what it gives the driven ones.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from parakin.algebra.spatial import Functions, Scalar, add, mul, sub
 from parakin.kernel.actuation import Actuation
 from parakin.kernel.coordinates import coordinate
 from parakin.kernel.force_rows import ForceRows
+from parakin.kernel.friction import load_friction
 from parakin.kernel.motion import Moved
 from parakin.kernel.reactions import reactions
 from parakin.kernel.statics import Needs, Statics
 from parakin.mechanics.energies import energies_of_bodies
-from parakin.mechanics.resistance import Resistance, resistance
+from parakin.mechanics.resistance import Resistance, direction, resistance
 from parakin.mechanics.wrenches import wrenches_needed
 from parakin.planning.plan import Plan
 
@@ -30,21 +31,16 @@ def forces(
 
     inputs: the numbers that payloads and wrenches take (`Dynamics.inputs`).
     """
-    circuits, dynamics = moved.circuits, plan.graph.dynamics
-    statics = Statics(plan, circuits, moved.systems, functions)
-    needs = Needs(wrenches_needed(circuits, dynamics, inputs, functions), {})
-    resisting: dict[int, Resistance] = {}
-    for k, passive in dynamics.passive.items():
-        value, rate, second = coordinate(plan, moved, k, 2)
-        resisting[k] = resistance(passive, value, rate, second, functions)
-        needs = needs.less(statics.unit_effort(k), mul(-1.0, resisting[k].effort))
+    statics = Statics(plan, moved.circuits, moved.systems, functions)
     actuation = Actuation(statics, wanted)
+    needs = Needs(wrenches_needed(moved.circuits, plan.graph.dynamics, inputs, functions), {})
+    needs, resisting, step = _resisted(plan, moved, wanted, actuation, needs)
     left = statics.answer(needs).left
     efforts, bands, figure = actuation.efforts(
         statics.for_driven(left), {k: found.band for k, found in resisting.items()}
     )
-    rates = [coordinate(plan, moved, k, 2)[1:] for k in wanted.actuated]
-    results = [*efforts, *bands, *(rate for rate, _ in rates), *(second for _, second in rates)]
+    motion = [coordinate(plan, moved, k, 2)[1:] for k in wanted.actuated]
+    results = [*efforts, *bands, *(rate for rate, _ in motion), *(second for _, second in motion)]
     results += [figure, moved.quality.least(functions)]
     if wanted.idle or wanted.joints:
         for k, effort in zip(wanted.actuated, efforts, strict=True):
@@ -54,12 +50,46 @@ def forces(
             given[k] = sub(given.get(k, 0.0), found.effort)
         results += reactions(statics, wanted, needs, given)
     if wanted.energies:
-        bodies = energies_of_bodies(circuits, dynamics, inputs, functions)
-        kinetic, potential, lost, applied = bodies
-        for k, each in resisting.items():
-            rate = coordinate(plan, moved, k, 1)[1]
-            armature = mul(0.5 * dynamics.passive[k].armature, mul(rate, rate))
-            kinetic, potential = add(kinetic, armature), add(potential, each.stored)
-            lost = add(lost, each.lost)
-        results += [kinetic, potential, lost, applied]
-    return results
+        results += _energies(plan, moved, inputs, resisting)
+    return results + step
+
+
+def _resisted(
+    plan: Plan, moved: Moved, wanted: ForceRows, actuation: Actuation, needs: Needs
+) -> tuple[Needs, dict[int, Resistance], list[Scalar]]:
+    """Needs with what springs, dampers and friction in joints add to them, what these are by
+    coordinate, and the last step to friction under load, if there is any.
+    """
+    statics = actuation.statics
+    resisting: dict[int, Resistance] = {}
+    for k, passive in plan.graph.dynamics.passive.items():
+        value, rate, second = coordinate(plan, moved, k, 2)
+        resisting[k] = resistance(passive, value, rate, second, statics.functions)
+        needs = needs.less(statics.unit_effort(k), mul(-1.0, resisting[k].effort))
+    if not wanted.loaded:
+        return needs, resisting, []
+    given = {k: mul(-1.0, found.effort) for k, found in resisting.items()}
+    numbers = [each.coordinate for each in wanted.loaded]
+    rates = {k: coordinate(plan, moved, k, 1)[1] for k in numbers}
+    directions = {k: direction(rate, statics.functions) for k, rate in rates.items()}
+    friction = load_friction(statics, actuation, wanted, needs, given, directions)
+    for k, effort in friction.efforts.items():
+        needs = needs.less(statics.unit_effort(k), mul(-1.0, effort))
+        more = Resistance(effort, friction.bands[k], 0.0, mul(effort, rates[k]))
+        resisting[k] = resisting[k].plus(more) if k in resisting else more
+    return needs, resisting, [friction.step]
+
+
+def _energies(
+    plan: Plan, moved: Moved, inputs: Sequence[Scalar], resisting: Mapping[int, Resistance]
+) -> list[Scalar]:
+    """Kinetic and potential energy, power lost, power applied."""
+    dynamics = plan.graph.dynamics
+    bodies = energies_of_bodies(moved.circuits, dynamics, inputs, moved.angles.functions)
+    kinetic, potential, lost, applied = bodies
+    for k, each in resisting.items():
+        rate = coordinate(plan, moved, k, 1)[1]
+        armature = dynamics.passive[k].armature if k in dynamics.passive else 0.0
+        kinetic = add(kinetic, mul(0.5 * armature, mul(rate, rate)))
+        potential, lost = add(potential, each.stored), add(lost, each.lost)
+    return [kinetic, potential, lost, applied]

@@ -3,10 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from parakin.caching import cached_property
 from parakin.kinematics.closure import Row
 from parakin.mechanics.reactions import SIZE, JointAt
+
+
+class Loaded(NamedTuple):
+    """A coordinate whose friction grows with the force across its joint's axis: `lever` [1 or m]
+    times that, its coefficient or, of a turn, this times the radius.
+    """
+
+    coordinate: int
+    joint: JointAt
+    lever: float
 
 
 @dataclass(frozen=True)
@@ -23,7 +34,8 @@ class ForceRows:
     extra: closure rows that hold what the plan need not solve for (`planning.holding`);
     least: instead, of all multipliers of all canonical rows the least in the sum of squares.
     preload: efforts that redundant actuators are to be nearest to, by actuated coordinate.
-    reference: what the conditioning is at home.
+    reference: what the conditioning is at home. loaded: joints whose friction grows with what they
+    carry; with them the last step of what finds it [N or N m].
     """
 
     actuated: tuple[int, ...]
@@ -34,6 +46,7 @@ class ForceRows:
     energies: bool = False
     preload: tuple[float, ...] = ()
     reference: float = 1.0
+    loaded: tuple[Loaded, ...] = ()
 
     def _of_actuated(self, number: int) -> slice[int, int, None]:
         m = len(self.actuated)
@@ -93,4 +106,9 @@ class ForceRows:
     @property
     def count(self) -> int:
         """How many rows there are."""
+        return self.friction_step + bool(self.loaded)
+
+    @property
+    def friction_step(self) -> int:
+        """The last step to the friction under load, if there is any."""
         return self.energy.stop

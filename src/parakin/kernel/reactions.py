@@ -33,6 +33,22 @@ def reactions(
 ) -> list[Scalar]:
     """Efforts that hold idle coordinates; what each joint exerts on its child; the imbalance.
 
+    needs, given: as of `joint_loads`.
+    """
+    left, wrenches = joint_loads(statics, wanted, needs, given)
+    results = [left[k] for k in wanted.idle]
+    if not wanted.joints:
+        return results
+    for joint in wanted.joints:
+        results += at_joint(statics.circuits, joint, wrenches.get(joint.carrier))
+    return [*results, _norm(statics, {k: x for k, x in left.items() if k not in wanted.idle})]
+
+
+def joint_loads(
+    statics: Statics, wanted: ForceRows, needs: Needs, given: Mapping[int, Scalar]
+) -> tuple[dict[int, Scalar], dict[int, Wrench]]:
+    """Efforts left in the coordinates of the tree, and what each joint exerts on its child.
+
     needs: what is left when actuators and resistances exert their efforts, which are `given`.
     """
     exerted = _least(statics, needs) if wanted.least else _exerted(statics, wanted.extra, needs)
@@ -57,13 +73,7 @@ def reactions(
     left = {
         k: add(found.efforts.get(k, 0.0), needs.efforts.get(k, 0.0)) for k in sorted(statics.inside)
     }
-    results = [left[k] for k in wanted.idle]
-    if not wanted.joints:
-        return results
-    for joint in wanted.joints:
-        on_child = found.joints.get(joint.carrier) or on_cuts.get(joint.carrier)
-        results += at_joint(statics.circuits, joint, on_child)
-    return [*results, _norm(statics, {k: x for k, x in left.items() if k not in wanted.idle})]
+    return left, found.joints | on_cuts
 
 
 def _norm(statics: Statics, efforts: Mapping[int, Scalar]) -> Scalar:

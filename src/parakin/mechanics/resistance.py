@@ -23,6 +23,17 @@ class Resistance(NamedTuple):
     stored: Scalar
     lost: Scalar
 
+    def plus(self, other: Resistance) -> Resistance:
+        """Both together."""
+        return Resistance(*(add(a, b) for a, b in zip(self, other, strict=True)))
+
+
+def direction(rate: Scalar, functions: Functions) -> Scalar:
+    """Of a motion: -1 or 1, and between them at rest."""
+    found: Scalar = functions.minimum(1.0, mul(1.0 / AT_REST, rate))
+    way: Scalar = functions.minimum(1.0, mul(-1.0, found))
+    return mul(-1.0, way)
+
 
 def resistance(
     passive: Passive, value: Scalar, rate: Scalar, second: Scalar, functions: Functions
@@ -30,14 +41,13 @@ def resistance(
     """Of a coordinate at a position, velocity and acceleration."""
     stretch = sub(value, passive.zero)
     spring = mul(passive.stiffness, stretch)
-    direction: Scalar = functions.minimum(1.0, mul(1.0 / AT_REST, rate))
-    direction = mul(-1.0, functions.minimum(1.0, mul(-1.0, direction)))
+    way = direction(rate, functions) if passive.coulomb else 0.0
     braking = add(
         mul(passive.damping, sub(rate, passive.zero_speed)),
-        add(mul(passive.viscous, rate), mul(passive.coulomb, direction)),
+        add(mul(passive.viscous, rate), mul(passive.coulomb, way)),
     )
     effort = add(add(spring, braking), mul(passive.armature, second))
-    resting = sub(1.0, mul(direction, direction))
+    resting = sub(1.0, mul(way, way))
     return Resistance(
         effort, mul(passive.coulomb, resting), mul(0.5, mul(spring, stretch)), mul(braking, rate)
     )

@@ -12,12 +12,15 @@ from parakin.model.validation import Table
 
 class Friction(Table):
     """Resistance to a coordinate's motion: `coulomb` [N or N m] against its direction, `viscous`
-    [N s/m or N m s/rad] times its velocity. At rest Coulomb friction may take any value within a
-    band. Raises InputError.
+    [N s/m or N m s/rad] times its velocity, and `coefficient` times the force across the axis of a
+    revolute or prismatic joint, of the former at `radius`. At rest Coulomb friction and that under
+    load may take any value within a band. Raises InputError.
     """
 
     coulomb: Quantity = 0.0
     viscous: Quantity = 0.0
+    coefficient: Quantity = 0.0
+    radius: Quantity | None = None
 
 
 class Spring(Table):

@@ -120,12 +120,15 @@ class Motor(NamedTuple):
 
 @dataclass(frozen=True)
 class Dynamics:
-    """masses: by body. passive, motors: by coordinate. (All numbers are those of the graph.)"""
+    """masses: by body. passive, motors: by coordinate (all numbers are those of the graph). levers:
+    by coordinate, what times the force across its joint's axis is friction [1 or m].
+    """
 
     gravity: Vector[float] = ZERO
     masses: Mapping[int, Mass] = field(default_factory=dict)
     passive: Mapping[int, Passive] = field(default_factory=dict)
     balls: tuple[Ball, ...] = ()
+    levers: Mapping[int, float] = field(default_factory=dict)
     motors: Mapping[int, Motor] = field(default_factory=dict)
     springs: tuple[PointSpring, ...] = ()
     wrenches: tuple[BodyWrench, ...] = ()
@@ -160,6 +163,7 @@ def dynamics_of(
             masses[bodies[body.name]] = found
     passive: dict[int, Passive] = {}
     balls: list[Ball] = []
+    levers: dict[int, float] = {}
     motors: dict[int, Motor] = {}
     for joint, made in zip(mechanism.joints, joints, strict=False):
         place = f"{where}: joints.{joint.name}"
@@ -167,6 +171,7 @@ def dynamics_of(
             balls += _ball(joint, made, parameters, place)
         else:
             passive |= _passive(joint, made, parameters, place)
+            levers |= _levers(joint, made, parameters, f"{place}.friction")
         if joint.drive is not None:
             motors |= _motors(joint.drive, made, coordinates, parameters, f"{place}.drive")
     acting = _Forces(mechanism, parameters, bodies, points)
@@ -176,6 +181,7 @@ def dynamics_of(
         masses,
         passive,
         tuple(balls),
+        levers,
         motors,
         acting.springs(),
         acting.wrenches(),
@@ -249,6 +255,29 @@ def _passive(
     return {k: Passive(**values) for k, values in found.items()}
 
 
+def _levers(joint: Joint, made: GraphJoint, parameters: Parameters, place: str) -> dict[int, float]:
+    """Of friction under load, by coordinate."""
+    found: dict[int, float] = {}
+    for k, friction in _each(joint.friction, made, place).items():
+        coefficient = amount(friction.coefficient, parameters, BARE, f"{place}.coefficient")
+        if not coefficient:
+            if friction.radius is not None:
+                raise InputError(f"{place}.radius", "one without a coefficient", "both or neither")
+            continue
+        if joint.kind not in ("revolute", "prismatic"):
+            what = f"one on a {joint.kind} joint"
+            raise InputError(f"{place}.coefficient", what, "a revolute or prismatic joint")
+        turns = joint.kind == "revolute"
+        if turns != (friction.radius is not None):
+            what = f"{'no' if turns else 'a'} radius of a {joint.kind} joint's friction"
+            raise InputError(f"{place}.radius", what, "one of a revolute joint, and of no other")
+        radius = 1.0
+        if friction.radius is not None:
+            radius = amount(friction.radius, parameters, LENGTH, f"{place}.radius")
+        found[k] = coefficient * radius
+    return found
+
+
 def _ball(joint: Joint, made: GraphJoint, parameters: Parameters, place: str) -> list[Ball]:
     """Damping in a spherical joint, the same about every axis."""
     for key in ("spring", "armature"):
@@ -261,7 +290,7 @@ def _ball(joint: Joint, made: GraphJoint, parameters: Parameters, place: str) ->
             raise InputError(at, f"{len(tables)} of them", "one: a spherical joint turns alike")
         for table in tables:
             value = getattr(table, "viscous", None)
-            if value is not None and table.coulomb:  # type: ignore[union-attr]
+            if value is not None and (table.coulomb or table.coefficient):  # type: ignore[union-attr]
                 raise InputError(f"{at}.coulomb", "one in a spherical joint", "viscous alone")
             name = "damping" if value is None else "viscous"
             text: Quantity = getattr(table, name)

@@ -14,7 +14,7 @@ from parakin.caching import cached_property
 from parakin.errors import InputError, nearest
 from parakin.files.force_histories import History, histories
 from parakin.kernel.actuation import conditioning_at_home
-from parakin.kernel.force_rows import ForceRows
+from parakin.kernel.force_rows import ForceRows, Loaded
 from parakin.kinematics.assembly import neighbours
 from parakin.kinematics.configuration import Configuration, configure
 from parakin.mechanics.reactions import SIZE, JointAt, indeterminate, joints_at
@@ -24,6 +24,7 @@ from parakin.model.evaluation import graph_of
 from parakin.planning.holding import holding_rows
 from parakin.planning.plan import Plan
 
+FOUND = 1e-9  # of the efforts: a last step to friction under load that found it
 NOT_KNOWN = ("nan", "minimum-norm")
 
 
@@ -142,17 +143,35 @@ class Mechanics:
 
     def _made_rows(self, asked: Asked, reference: float) -> ForceRows:
         names = {c.name: k for k, c in enumerate(self.plan.graph.coordinates)}
+        holding = holding_rows(self.plan, self.samples)
         preload = {names[name]: value for name, value in asked.preload or ()}
         return ForceRows(
             self.actuated,
             self.plan.idle,
             tuple(self.joints[name] for name in asked.joints),
-            () if asked.least or not asked.joints else holding_rows(self.plan, self.samples),
+            holding if (asked.joints or self.loaded) and not asked.least else (),
             asked.least,
             asked.energies,
             tuple(preload.get(k, 0.0) for k in self.actuated) if preload else (),
             reference,
+            self.loaded,
         )
+
+    @cached_property
+    def loaded(self) -> tuple[Loaded, ...]:
+        """Joints whose friction grows with what they carry. Raises InputError where that is
+        indeterminate.
+        """
+        graph = self.plan.graph
+        found = []
+        for k, lever in graph.dynamics.levers.items():
+            name = graph.coordinates[k].name
+            if self.indeterminate[name][:2].any():
+                place = f"{graph.mechanism.where}: joints.{name}.friction.coefficient"
+                what = "a joint whose load is indeterminate for rigid bodies"
+                raise InputError(place, what, "a joint that gives way, or coulomb friction")
+            found.append(Loaded(k, self.joints[name], lever))
+        return tuple(found)
 
     @cached_property
     def reference(self) -> float:
@@ -239,10 +258,21 @@ class Mechanics:
             raise InputError("loads", f"unknown payload or wrench {name!r}", expected)
         return np.concatenate(rows) if rows else np.zeros((0, n))
 
+    def _blank_locked(self, rows: ForceRows, out: FloatArray) -> None:
+        """Where friction under load was not found, as it locks the mechanism, nothing is known."""
+        sizes = np.abs(out[rows.effort]).max(axis=0)
+        lost = ~(out[rows.friction_step] <= FOUND * (1.0 + sizes))
+        if out.ndim == 2:
+            out[:, lost] = np.nan
+        elif lost:
+            out[:] = np.nan
+
     def forces(self, asked: Asked, rows: ForceRows, out: FloatArray) -> Forces:
         """From a kernel's rows (rows, ...) to what they mean."""
         graph = self.plan.graph
         coordinates = [graph.coordinates[k] for k in self.actuated]
+        if rows.loaded:
+            self._blank_locked(rows, out)
         effort, band, velocity = out[rows.effort], out[rows.band], out[rows.velocity]
         motors = [graph.dynamics.motors.get(k) for k in self.actuated]
         torque, motor_band, speed, current = _motors(

@@ -9,6 +9,7 @@ from parakin.exports.c99.names import Names, comment, identifier
 from parakin.exports.c99.traced import c_function
 from parakin.kernel.force_rows import ForceRows
 from parakin.kernel.outputs import Outputs
+from parakin.solving.forces import FOUND
 from parakin.solving.solver import Solver
 
 
@@ -27,8 +28,16 @@ def definition(solver: Solver, names: Names) -> str:
     k, m, loads = len(solver.driven), len(solver.iterated), solver.graph.dynamics.inputs
     count = len(rows.actuated)
     outputs = Outputs((), 2, checks=False, forces=rows)
-    traced = c_function(solver, "efforts_behind", outputs, rows.effort)
-    iterated, given = "", ""
+    chosen = list(range(count))
+    locked, given, iterated = "", "", ""
+    if rows.loaded:
+        chosen.append(rows.friction_step)
+        locked = f"""\
+    for (i = 0; i < {count}; ++i) /* friction under load that was not found, where it locks */
+        if (!(out[{count}] <= {FOUND!r}*(1.0 + fabs(out[i]))))
+            return {macro}_SINGULAR;
+"""
+    traced = c_function(solver, "efforts_behind", outputs, chosen)
     if m:
         iterated = f"""\
     for (i = 0; i < {m}; ++i)
@@ -44,7 +53,7 @@ def definition(solver: Solver, names: Names) -> str:
 {traced}
 int {name}_efforts({_parameters(solver, names)})
 {{
-    double in[{3 * k + m + loads}], out[{count}];
+    double in[{3 * k + m + loads}], out[{len(chosen)}];
     int i;
 
 {unused}\
@@ -58,6 +67,7 @@ int {name}_efforts({_parameters(solver, names)})
     for (i = 0; i < {count}; ++i)
         if (!isfinite(out[i]))
             return {macro}_SINGULAR;
+{locked}\
     for (i = 0; i < {count}; ++i)
         effort[i] = out[i];
     return {macro}_CONVERGED;

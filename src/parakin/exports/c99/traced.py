@@ -103,7 +103,7 @@ def c_function(
     solver: Solver,
     name: str,
     outputs: Outputs,
-    rows: slice[int, int, None] | slice[None, None, None] = slice(None),
+    rows: Sequence[int] | None = None,
 ) -> str:
     """A function in C from a kernel's inputs to its outputs, with one Newton step if it iterates.
 
@@ -125,7 +125,8 @@ def c_function(
         1,
         loads=inputs[rest:],
     )
-    texts = [_text(result) for result in results[rows]]
+    chosen = range(len(results)) if rows is None else rows
+    texts = [_text(results[row]) for row in chosen]
     body = statements.needed_for(texts)
     body += [f"    out[{i}] = {text};" for i, text in enumerate(texts)]
     if not any("in[" in line for line in body):
