@@ -143,6 +143,8 @@ def _where(loc: tuple[int | str, ...], place: str, data: Any) -> str:
     """`loc` as the user would write it, without pydantic's names for members of unions."""
     for part in loc:
         if isinstance(part, int):
+            if data is not None and not isinstance(data, (list, tuple)):
+                continue  # one value, where it stands for a list of one
             place += f"[{part}]"
         elif part in data if isinstance(data, Mapping) else data is None and part not in _SCALARS:
             place += f" {part}" if place.endswith(":") else f".{part}"
