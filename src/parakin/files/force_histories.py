@@ -10,7 +10,7 @@ import numpy as np
 
 from parakin.arrays import FloatArray
 from parakin.errors import InputError
-from parakin.files.motion_csv import read_motion_csv
+from parakin.files.motion_csv import read_histories
 from parakin.files.motion_toml import law_from_table
 from parakin.model.dynamics import BodyWrench
 from parakin.model.expressions import Parameters
@@ -53,8 +53,8 @@ def _factor(law: Law, time: FloatArray) -> FloatArray:
 
 
 def _from_csv(path: Path) -> History:
-    samples = read_motion_csv(path, _COLUMNS).samples()
-    return partial(_between, str(path), samples.time, samples.position)
+    time, values = read_histories(path, _COLUMNS)
+    return partial(_between, str(path), time, values)
 
 
 def _between(place: str, known: FloatArray, values: FloatArray, time: FloatArray) -> FloatArray:

@@ -61,19 +61,7 @@ def read_motion_csv(
     Raises InputError, with the file and, where possible, line and column, on anything else.
     """
     path = Path(path)
-    lines = _lines(path)
-    _, header = next(lines, (0, ""))
-    if not header:
-        raise InputError(str(path), "no text", "a header and samples")
-    delimiter = max(",;\t", key=header.count)
-    headers = _cells(header, delimiter, f"{path}, header")
-    columns = _columns(headers, dimensions, str(path))
-    quantities = [q for q in ORDERS if _complete(columns, q, dimensions, str(path))]
-    wanted = [columns["time", ""]]
-    wanted += [columns[name, quantity] for quantity in quantities for name in dimensions]
-    table = _table(path, lines, delimiter, len(headers), wanted)
-    time, values = table[:, 0], table[:, 1:].T.reshape(len(quantities), len(dimensions), -1)
-    given = dict(zip(quantities, values, strict=True))
+    time, given = _read(path, dimensions)
     try:
         return from_arrays(
             printable(path.stem),
@@ -86,6 +74,37 @@ def read_motion_csv(
         )
     except InputError as error:
         raise error.within(str(path)) from None
+
+
+def read_histories(
+    path: Path, dimensions: Mapping[str, Dimension]
+) -> tuple[FloatArray, FloatArray]:
+    """Times (n,) [s] and values (columns, n) in SI of a CSV file of these columns, written as for
+    `read_motion_csv`. Raises InputError, also on times that do not increase.
+    """
+    time, given = _read(path, dimensions)
+    if len(time) < 2 or not (np.diff(time) > 0.0).all():
+        raise InputError(str(path), f"{len(time)} samples", "two or more, at times that increase")
+    return time, given["position"]
+
+
+def _read(
+    path: Path, dimensions: Mapping[str, Dimension]
+) -> tuple[FloatArray, dict[str, FloatArray]]:
+    """Times, and values (columns, n) by quantity. Raises InputError."""
+    lines = _lines(path)
+    _, header = next(lines, (0, ""))
+    if not header:
+        raise InputError(str(path), "no text", "a header and samples")
+    delimiter = max(",;\t", key=header.count)
+    headers = _cells(header, delimiter, f"{path}, header")
+    columns = _columns(headers, dimensions, str(path))
+    quantities = [q for q in ORDERS if _complete(columns, q, dimensions, str(path))]
+    wanted = [columns["time", ""]]
+    wanted += [columns[name, quantity] for quantity in quantities for name in dimensions]
+    table = _table(path, lines, delimiter, len(headers), wanted)
+    time, values = table[:, 0], table[:, 1:].T.reshape(len(quantities), len(dimensions), -1)
+    return time, dict(zip(quantities, values, strict=True))
 
 
 def _lines(path: Path) -> Iterator[tuple[int, str]]:

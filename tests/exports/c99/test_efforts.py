@@ -1,0 +1,63 @@
+"""Efforts in C: the test program's own comparison, and what is refused."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import parakin
+from parakin import InputError
+from parakin.model.drives import Friction
+
+NAMES = ["flight-simulator", "gough-stewart", "seat-2dof", "hexapod-on-3rps"]
+COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
+
+
+def compared(folder: Path) -> str:
+    flags = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror")
+    sources = (str(folder / "k_test.c"), str(folder / "k.c"))
+    binary = str(folder / "k_test")
+    subprocess.run([str(COMPILER), *flags, "-o", binary, *sources, "-lm"], check=True)
+    return subprocess.run([binary], check=True, capture_output=True, text=True).stdout
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    "name", ["flight-simulator", "gough-stewart", "seat-2dof", "hexapod-on-3rps"]
+)
+def test_the_test_program_agrees_on_efforts(name: str, tmp_path: Path) -> None:
+    mechanism = parakin.load(name)
+    if name == "hexapod-on-3rps":  # which iterates, and has no masses
+        mechanism = mechanism.with_payload("80 kg at platform")
+    parakin.export(mechanism, tmp_path / "k.c", forces=True)
+    printed = compared(tmp_path)
+    assert "0 with another status" in printed
+    assert "ns for the efforts of a pose" in printed
+
+
+@needs_compiler
+def test_friction_under_load_and_a_wrench_that_changes(tmp_path: Path) -> None:
+    seat = parakin.load("seat-3dof")
+    joints = [
+        j.model_copy(update={"friction": (Friction(coefficient=0.2),)}) if j.name == "P" else j
+        for j in seat.joints
+    ]
+    law = {"law": "sine", "amplitude": 1, "frequency": 1}
+    gust = {"kind": "wrench", "at": "seat.head", "force": [5, 0, 0], "law": law}
+    told = seat.model_dump(exclude_defaults=True) | {"joints": tuple(joints)}
+    told["forces"] = {**told["forces"], "gust": gust}
+    parakin.export(parakin.Mechanism(**told), tmp_path / "k.c", forces=True)
+    assert "LOAD_GUST = 1" in (tmp_path / "k.h").read_text()
+    assert "0 with another status" in compared(tmp_path)
+
+
+def test_what_has_no_efforts_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="nothing that makes forces"):
+        parakin.export("four-bar", tmp_path / "k.c", forces=True)
+    with pytest.raises(InputError, match=r"an export to \.xml"):
+        parakin.export("gough-stewart", tmp_path / "k.xml", forces=True)
+    assert not list(tmp_path.iterdir())
