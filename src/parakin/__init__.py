@@ -1,4 +1,4 @@
-"""parakin: kinematics of parallel mechanisms, from a file to machine code.
+"""parakin: kinematics and forces of parallel mechanisms, from a file to machine code.
 
 >>> import parakin
 >>> solver = parakin.compile("flight-simulator")
@@ -14,10 +14,11 @@ The packages follow the flow of the data; each imports only those listed before 
 - `motion`: what drives a mechanism over time
 - `files`: mechanisms and motions in, results out
 - `kinematics`: the recursion of Staicu's paper, loop closure, assembly
+- `mechanics`: wrenches on bodies and what joints carry, by virtual powers
 - `planning`: joints to cut, rows and their order for given driven coordinates
-- `kernel`: one pose and its rates (eq. 10), in machine code or on NumPy
+- `kernel`: one pose, its rates (eq. 10) and forces, in machine code or on NumPy
 - `solving`: compiling solvers, following motions, labelled results, assembly modes
-- `analysis`: mobility, singularities (and, beside it, real time when it comes)
+- `analysis`: mobility, singularities, stiffness (and, beside it, real time when it comes)
 - `exports`: models and code for other programs
 - `views`: figures, films, reports, schemes, pages in the browser
 - `verbs`: commands as functions, `parakin.check`, `draw`, ...: all but `list`, `modes` and `solve`,

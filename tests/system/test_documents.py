@@ -70,6 +70,54 @@ def test_the_guides_python_runs() -> None:
 
 
 @pytest.mark.usefixtures("elsewhere")
+def test_the_python_about_forces_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    names: dict[str, object] = {}
+    for code in blocks("docs/forces.md", "python"):
+        exec(compile(code, "forces.md", "exec"), names)
+    assert "False\nTrue\n" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("elsewhere")
+def test_forces_by_hand_are_those_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    pendulum, shaking, hexapod = blocks("docs/mechanics.md", "python")
+    names: dict[str, object] = {}
+    exec(compile(pendulum, "mechanics.md", "exec"), names)
+    found, by_hand = map(float, capsys.readouterr().out.split())
+    assert found == pytest.approx(by_hand)
+    exec(compile(shaking, "mechanics.md", "exec"), names)
+    assert float(capsys.readouterr().out.split()[-2]) < 1e-9
+    exec(compile(hexapod, "mechanics.md", "exec"), names)
+    *legs, expected = map(float, re.findall(r"[\d.]+", capsys.readouterr().out))
+    assert legs == pytest.approx([expected] * 6, rel=1e-6)
+
+
+def test_the_tables_about_forces_are_read(tmp_path: Path) -> None:
+    bodies, joint, acting = blocks("docs/forces.md", "toml")
+    text = f"""name = "rig"
+driven = ["P1"]
+{bodies}
+points = {{}}
+[bodies.cylinder]
+[bodies.piston]
+[joints.F]
+kind = "fixed"
+parent = "base"
+child = "cylinder"
+[joints.H]
+kind = "fixed"
+parent = "piston"
+child = "leg"
+[joints.G]
+kind = "fixed"
+parent = "leg"
+child = "platform"
+{joint}{acting}"""
+    text = text.replace("inertia = [", "points = { hook = [1, 0, 0] }\ninertia = [", 1)
+    (tmp_path / "rig.toml").write_text(text)
+    assert parakin.compile(tmp_path / "rig.toml").at([0.1], forces=True, loads={"gust": 1}).forces
+
+
+@pytest.mark.usefixtures("elsewhere")
 def test_the_mechanism_of_the_file_format_is_the_one_in_python(tmp_path: Path) -> None:
     text = blocks("docs/mechanism-files.md", "toml")[0]
     path = tmp_path / "slider-crank.toml"
@@ -128,10 +176,10 @@ def resolved(dotted: str) -> object:
     raise AssertionError(dotted)
 
 
-@pytest.mark.parametrize("document", ["notation.md", "paper.md"])
+@pytest.mark.parametrize("document", ["notation.md", "paper.md", "mechanics.md"])
 def test_every_name_beside_a_word_or_an_equation_is_one_of_the_code(document: str) -> None:
     text = (ROOT / "docs" / document).read_text("utf-8")
-    packages = "algebra|model|motion|files|kinematics|planning|kernel|solving|analysis"
+    packages = "algebra|model|motion|files|kinematics|mechanics|planning|kernel|solving|analysis"
     names = re.findall(rf"`((?:{packages})\.[\w.]+)`", text)
     assert len(names) > 5
     for name in names:
