@@ -19,6 +19,8 @@ def test_one_solid_stands_for_a_list_of_one() -> None:
     assert [type(solid) for solid in both] == [Sphere, Cylinder]
     assert isinstance(both[1], Cylinder)
     assert both[1].from_ == (0, 0, 1)
+    again = Cylinder(kind="cylinder", from_=(0, 0, 1), to=(0, 0, 2), diameter=1, mass=1)
+    assert both[1] == again == Cylinder(**both[1].model_dump())
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, Phase, event, given, settings
+from random_mechanisms import Example, examples
 from virtual_work import Lump, efforts
 
 import parakin
@@ -32,14 +37,14 @@ def thrown(mechanism: Mechanism, seed: int) -> tuple[Mechanism, dict[str, Lump]]
         )
         lumps[body.name] = lump
         keys = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
-        told = {
+        told: dict[str, Any] = {
             "mass": lump.mass,
             "com": tuple(lump.com.tolist()),
             "inertia": {key: float(lump.inertia[at]) for key, at in keys.items()},
         }
-        bodies.append(Body(**body.model_dump(exclude_defaults=True) | told))
-    told_bodies = {"bodies": tuple(bodies), "gravity": tuple(GRAVITY.tolist())}
-    return mechanism.model_copy(update=told_bodies), lumps
+        bodies.append(Body(name=body.name, points=body.points, **told))
+    instead = {"bodies": tuple(bodies), "gravity": tuple(GRAVITY.tolist()), "forces": {}}
+    return mechanism.model_copy(update=instead), lumps
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -60,3 +65,68 @@ def test_efforts_are_those_of_virtual_work_on_bare_poses(name: str) -> None:
         assert tick.forces.actuators == tuple(actuated)
         truth = efforts(solver, lumps, GRAVITY, actuated, (y, yd, ydd), 0.02, 0.01)
         assert tick.forces.effort == pytest.approx(truth, rel=1e-9, abs=1e-9 * np.abs(truth).max())
+
+
+def moved_by(mechanism: Mechanism, names: Sequence[str]) -> Mechanism:
+    """The mechanism with motors at these coordinates, joints' or numbered ones of joints."""
+    joints = []
+    for joint in mechanism.joints:
+        numbers = tuple(
+            int(name.rpartition(".")[2]) for name in names if name.rpartition(".")[0] == joint.name
+        )
+        joints.append(joint.model_copy(update={"actuated": numbers or joint.name in names}))
+    return mechanism.model_copy(update={"joints": tuple(joints)})
+
+
+@settings(
+    max_examples=25,
+    deadline=None,
+    derandomize=True,
+    database=None,
+    phases=[Phase.explicit, Phase.generate],
+    suppress_health_check=list(HealthCheck),
+)
+@given(example=examples())
+def test_random_mechanisms_too(example: Example) -> None:
+    """Driven by some coordinates and moved by others, forces are those of virtual work, and every
+    body is in balance.
+    """
+    mechanism, lumps = thrown(example.mechanism, seed=7)
+    for actuated in (example.other, example.driven):
+        if any(name.startswith("platform.") for name in actuated) or not actuated:
+            continue
+        try:
+            solver = parakin.compile(
+                moved_by(mechanism, actuated), example.driven, coordinates="all", machine_code=False
+            )
+        except (parakin.AssemblyError, parakin.DrivenError):
+            return
+        _check_forces(solver, lumps, tuple(actuated))
+
+
+def _check_forces(solver: parakin.Solver, lumps: dict[str, Lump], actuated: Sequence[str]) -> None:
+    home = np.array([solver.home[c] for c in solver.driven])
+    graph = solver.graph
+    unit = np.array([1.0 if graph.is_angle(c) else graph.length for c in solver.driven])
+    rng = np.random.default_rng(5)
+    yd, ydd = (unit * rng.uniform(-1.0, 1.0, len(home)) for _ in range(2))
+    tick = solver.at(home, yd, ydd, reactions=True)
+    if tick.status or float(tick.conditioning) < 0.1 or tick.forces is None:
+        return
+    forces = tick.forces
+    order = [c.name for c in graph.coordinates if c.actuated]
+    if sorted(order) != sorted(actuated):
+        return  # of a joint of several freedoms, split
+    try:
+        truth = efforts(solver, lumps, GRAVITY, order, (home, yd, ydd), 0.004, 0.004)
+    except (AssertionError, np.linalg.LinAlgError):
+        event("too near an end of reach")
+        return
+    size = np.abs(truth).max()
+    if not size < 1e5 or abs(float(forces.conditioning)) < 1e-2:
+        event("actuators hardly hold it")
+        return
+    event("compared")
+    assert forces.effort == pytest.approx(truth, rel=1e-6, abs=1e-6 * size)
+    if not len(forces.idle_effort):
+        assert float(forces.imbalance) < 1e-8 * (1.0 + size)

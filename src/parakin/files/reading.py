@@ -78,7 +78,7 @@ def _is_xml(mechanism: str | Path) -> bool:
 
 def _as_table(mechanism: Mechanism) -> dict[str, Any]:
     """A mechanism as the tables of a TOML file."""
-    table = mechanism.model_dump(exclude_defaults=True, exclude={"origin"})
+    table = mechanism.model_dump(exclude_defaults=True, exclude={"origin"}, by_alias=True)
     for key in ("bodies", "joints"):
         table[key] = {entry.pop("name"): entry for entry in table[key]}
     return table

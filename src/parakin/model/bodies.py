@@ -95,6 +95,8 @@ class Sphere(_Solid):
 
 
 class _Bar(_Solid):
+    model_config = pydantic.ConfigDict(populate_by_name=True)  # `from_` in Python
+
     from_: Triple = pydantic.Field((0.0, 0.0, 0.0), alias="from")
     to: Triple
 

@@ -52,6 +52,9 @@ class Table(BaseModel, metaclass=_RaisesInputError):
         # Before pydantic checks the values: it would report a misspelt key as missing.
         keys = {f.alias or name: f.is_required() for name, f in cls.model_fields.items()}
         given = data if isinstance(data, Mapping) else keys
+        if cls.model_config.get("populate_by_name"):
+            alias = {name: f.alias or name for name, f in cls.model_fields.items()}
+            given = {alias.get(key, key): None for key in given}
         if unknown := [key for key in given if key not in keys]:
             known = [key for key in keys if key not in cls.set_by_reader or key not in given]
             raise _finding(f"unknown key {unknown[0]!r}", nearest(str(unknown[0]), known))
