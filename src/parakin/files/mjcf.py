@@ -77,7 +77,7 @@ def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
 
 
 def _read(element: _Element) -> bool:
-    ours = element.tag in ("custom", "tuple", "element") and is_ours(element)
+    ours = element.tag in ("custom", "text") and is_ours(element)
     return ours or used(element)
 
 

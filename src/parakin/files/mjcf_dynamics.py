@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from lxml.etree import _Element
 
 INVENTED_MASS = "parakin: invented masses"
-"""The tuple of an exported model that lists bodies which weigh nothing in the mechanism."""
+"""The text of an exported model that lists bodies which weigh nothing in the mechanism."""
 INVENTED_INERTIA = "parakin: invented inertias"
 INVENTED_ARMATURE = "parakin: invented armatures"
 INVENTED_DAMPING = "parakin: invented dampings"
@@ -152,21 +152,19 @@ _UNCOUNTED = {"joint": ("springdamper", "springyield"), "body": ("gravcomp",)}
 
 
 def invented(root: _Element) -> dict[str, set[str]]:
-    """What an exported model lists as no part of the mechanism: names by tuple."""
+    """What an exported model lists as no part of the mechanism: names by text."""
     found: dict[str, set[str]] = {name: set() for name in _INVENTED}
-    for each in root.iterfind("custom/tuple"):
+    for each in root.iterfind("custom/text"):
         name = str(each.get("name"))
         if name in found:
-            found[name] |= {str(element.get("objname")) for element in each.iterfind("element")}
+            found[name] |= {word.strip() for word in str(each.get("data")).split(",")}
     return found
 
 
 def is_ours(element: _Element) -> bool:
-    """Whether an element is a list in an exported model, in one, or holds nothing else."""
-    tuples = [element] if element.tag == "tuple" else element.findall("tuple")
-    if element.tag == "element":
-        return True
-    return len(tuples) == max(len(element), 1) and all(t.get("name") in _INVENTED for t in tuples)
+    """Whether an element is such a list, or holds nothing else."""
+    texts = element.findall("text") if element.tag == "custom" else [element]
+    return len(texts) == max(len(element), 1) and all(t.get("name") in _INVENTED for t in texts)
 
 
 def _weighs(geom: Any, spec: Any) -> bool:

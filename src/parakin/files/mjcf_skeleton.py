@@ -212,7 +212,7 @@ class _Writer:
         made, place = [], line_of(element, self.origin)
         for key in sorted(keys & {str(k) for k in element.attrib}):
             value = str(element.get(key))
-            if key in _NUMBERS:
+            if key in _NUMBERS and element.tag != "flag":
                 _check_numbers(value, f"{place}: {key}")
             choices = _CHOICES.get(f"{element.tag} {key}", _CHOICES.get(key, (value,)))
             if value not in choices:
