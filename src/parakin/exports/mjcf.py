@@ -314,7 +314,7 @@ def _in_full(spec: Any) -> Any:
         "site": ("pos", "quat"),
     }
     for element in root.iter("body", "joint", "site"):
-        if element.get("joint1") is not None:  # not a joint but a coupling of two
+        if element.get("joint1") or element.get("site"):  # a coupling of two, a tendon's end
             continue
         item = found[str(element.tag)](element.get("name"))
         for key in keys[str(element.tag)]:

@@ -34,6 +34,7 @@ from parakin.model.masses import Mass
 _SERVO = 30.0  # natural frequency of an actuator that carries the whole mechanism [rad/s]
 _ROTOR = 0.05  # of that inertia, on every coordinate where nothing weighs anything
 _SLIGHT = 1e-9  # of the whole mass, what a body without one has
+_LEAST = 1e-13  # [kg m²] MuJoCo refuses less than a tenth of it
 _SLIGHT_ROTOR = 1e-6  # of that inertia, on coordinates that move such bodies alone
 _NARROW = 1e-11  # of the largest moment, what the triangle inequality has to be kept by
 
@@ -65,9 +66,10 @@ class Weighing:
                 continue
             tensor = np.array(mass.inertia, dtype=float)
             if not tensor.any():
-                if body.name not in self.invented.get(INVENTED_MASS, []):
+                if mass.mass > _SLIGHT * self.total:
                     self._invent(INVENTED_INERTIA, body.name)
-                tensor = np.eye(3) * (_SLIGHT * mass.mass * self.graph.length**2)
+                least = _SLIGHT * max(mass.mass, self.total) * self.graph.length**2
+                tensor = np.eye(3) * max(least, _LEAST)
             self.told[body.name] = mass._replace(inertia=_sound(tensor))  # type: ignore[arg-type]
         for body in bodies.values():
             if body.name in self.told:
