@@ -75,11 +75,65 @@ def place(rng: Rng) -> str:
     return f'pos="{numbers(rng.normal(size=3).round(3))}" {turn(rng)}'
 
 
+class Weights:
+    """What weighs and resists; random in a row of its own, so that poses are those of the seed."""
+
+    def __init__(self, seed: int) -> None:
+        self.rng = np.random.default_rng([seed, 1])
+
+    def chance(self, p: float) -> bool:
+        return bool(self.rng.random() < p)
+
+    def option(self) -> str:
+        told = f' gravity="{numbers(self.rng.normal(size=3) * 9)}"' if self.chance(0.5) else ""
+        flags = [f for f in ("gravity", "spring", "damper", "frictionloss") if self.chance(0.05)]
+        inside = " ".join(f'{flag}="disable"' for flag in flags)
+        return f"<option{told}>" + (f"<flag {inside}/>" if flags else "") + "</option>\n"
+
+    def resistance(self, kind: str) -> str:
+        """Of a hinge or slide, some of it left to its class."""
+        said = {key: self.rng.random() for key in ("armature", "damping") if self.chance(0.4)}
+        if kind != "ball":
+            said |= {key: self.rng.random() for key in ("frictionloss", "stiffness")
+                     if self.chance(0.3)}  # fmt: skip
+            said |= {"springref": self.rng.normal()} if self.chance(0.3) else {}
+        return " ".join(f'{key}="{value!r}"' for key, value in said.items())
+
+    def gear(self) -> str:
+        return f' gear="{self.rng.integers(2, 9)}"' if self.chance(0.3) else ""
+
+    def body(self) -> list[str]:
+        """Shapes, an inertial, or both."""
+        rng = self.rng
+        shapes = [
+            GEOM,
+            f'<geom type="sphere" size="0.2" density="300" {place(rng)}/>',
+            f'<geom type="capsule" fromto="0 0 0 {numbers(rng.normal(size=3))}" size="0.05"/>',
+            f'<geom type="cylinder" size="0.1 0.3" {place(rng)} group="{rng.integers(6)}"/>',
+        ]
+        made = [GEOM, *rng.permutation(np.array(shapes))[: rng.integers(3)]]
+        if self.chance(0.4):
+            made.append(self.inertial())
+        return made
+
+    def inertial(self) -> str:
+        rng = self.rng
+        points = rng.normal(size=(6, 3)) * 0.3
+        tensor = np.einsum("ij,ij->", points, points) * np.eye(3) - points.T @ points
+        where = f'pos="{numbers(rng.normal(size=3))}" mass="{rng.random() + 0.5!r}"'
+        if self.chance(0.5):
+            six = [tensor[k] for k in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+            return f'<inertial {where} fullinertia="{numbers(six)}"/>'
+        moments = rng.permutation(np.linalg.eigvalsh(tensor))
+        return f'<inertial {where} {turn(rng)} diaginertia="{numbers(moments)}"/>'
+
+
 class Writer:
     """Writes one random model."""
 
     def __init__(self, seed: int) -> None:
         self.rng = np.random.default_rng(seed)
+        self.weights = Weights(seed)
         self.parts: list[Part] = [Part("world", -1, "")]
         self.equalities: list[str] = []
         self.actuators: list[str] = []
@@ -133,7 +187,7 @@ class Writer:
         if self.chance(0.3):
             said += f' class="{rng.choice(self.classes)}"'
         part.moves += 1
-        return f"<joint {said}/>"
+        return f"<joint {said} {self.weights.resistance(kind)}/>"
 
     def screw(self, part: Part, name: str) -> None:
         """A hinge and a slide along it, on one body or on two, coupled with offsets and refs."""
@@ -147,6 +201,8 @@ class Writer:
             hinge, slide = f'{hinge} limited="false"', f'{slide} range="-1 {rng.random():.3f}"'
         else:
             slide += ' limited="false"'
+        hinge += f" {self.weights.resistance('hinge')}"
+        slide += f" {self.weights.resistance('slide')}"
         joints = [f"<joint {hinge}/>", f'<joint {slide} ref="{rng.normal():.3f}"/>']
         part.inside += joints if self.chance(0.5) else joints[::-1]
         part.moves += 1
@@ -202,8 +258,8 @@ class Writer:
             named = self.chance(0.85)
             part.inside.append(self.joint(part, kind, f"j{number}" if named else ""))
             if named and kind != "ball" and self.chance(0.3):
-                self.actuators.append(f'<motor joint="j{number}"/>')
-        part.inside.append(GEOM)
+                self.actuators.append(f'<motor joint="j{number}"{self.weights.gear()}/>')
+        part.inside += self.weights.body()
 
     def chain(self, part: Part, number: int) -> None:
         """Hinges and slides that make one joint of parakin's, some with limits and motors."""
@@ -216,7 +272,8 @@ class Writer:
             axis = numbers(np.eye(3)["xyz".index(move[1])])
             kind = "slide" if move[0] == "p" else "hinge"
             part.inside.append(
-                f'<joint name="{name}" type="{kind}" axis="{axis}" ref="0"{limits}/>'
+                f'<joint name="{name}" type="{kind}" axis="{axis}" ref="0"{limits} '
+                f"{self.weights.resistance(kind)}/>"
             )
             if self.chance(0.2):
                 self.actuators.append(f'<position joint="{name}"/>')
@@ -257,6 +314,7 @@ class Writer:
     def write(self) -> Model:
         rng = self.rng
         self.head = self.header()
+        self.head += self.weights.option()
         self.unused = "\n".join(rng.permutation(np.array(UNUSED))[: rng.integers(4)])
         for number in range(1, int(rng.integers(3, 9))):
             self.body(number)

@@ -70,7 +70,7 @@ class Weighing:
                     self._invent(INVENTED_INERTIA, body.name)
                 least = _SLIGHT * max(mass.mass, self.total) * self.graph.length**2
                 tensor = np.eye(3) * max(least, _LEAST)
-            self.told[body.name] = mass._replace(inertia=_sound(tensor))  # type: ignore[arg-type]
+            self.told[body.name] = mass._replace(inertia=_sound(tensor))
         for body in bodies.values():
             if body.name in self.told:
                 mass = self.told[body.name]

@@ -98,8 +98,9 @@ class _Robot:
         self._sub(inertial, "origin", xyz=_numbers(mass.com), rpy="0 0 0")
         self._sub(inertial, "mass", value=_numbers([mass.mass]))
         axes = [(i, j) for i in range(3) for j in range(i, 3)]
-        moments = {f"i{'xyz'[i]}{'xyz'[j]}": _numbers([mass.inertia[i][j]]) for i, j in axes}
-        self._sub(inertial, "inertia", **moments)
+        moments = self._sub(inertial, "inertia")
+        for i, j in axes:
+            moments.set(f"i{'xyz'[i]}{'xyz'[j]}", _numbers([mass.inertia[i][j]]))
 
     def chain(
         self, joint: GraphJoint, near: str, far: str, end: Pose[float], backwards: bool

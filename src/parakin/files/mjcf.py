@@ -196,9 +196,8 @@ class _Model:
         point, place = vector(model.jnt_pos[j]), self.place("joint", j)
         if kind == kinds.mjJNT_FREE:
             values = (*pose[k : k + 3], *_angles_of(self._matrix(pose[k + 3 : k + 7])))
-            passive = self.weights.passive(j, place)
-            at = tuple(map(float, values))
-            return Link(name, "free", near, far, values=at, place=place, passive=passive)
+            passive, at_home = self.weights.passive(j, place), tuple(map(float, values))
+            return Link(name, "free", near, far, values=at_home, place=place, passive=passive)
         limited = bool(model.jnt_limited[j]) and not self.no_limits
         if kind == kinds.mjJNT_BALL:
             if limited:

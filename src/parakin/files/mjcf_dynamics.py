@@ -182,7 +182,7 @@ def _within_a_joint(model: Any, body: int) -> bool:
     stem, link, primes = model.body(body).name.rpartition(" link")
     if not link or primes.strip("'") or not model.body_jntnum[body]:
         return False
-    return str(model.joint(int(model.body_jntadr[body])).name).rpartition(".")[0] == stem
+    return bool(model.joint(int(model.body_jntadr[body])).name.rpartition(".")[0] == stem)
 
 
 class Gears:
