@@ -16,12 +16,12 @@ Array = NDArray[np.float64]
 
 
 def all_actuated(mechanism: parakin.Mechanism) -> parakin.Mechanism:
-    """With a motor on every joint that has coordinates, and the platform's pose left out."""
+    """With a motor on every joint that has coordinates, and without limits."""
     joints = tuple(
         joint.model_copy(update={"actuated": joint.kind not in ("fixed", "rod")})
         for joint in mechanism.joints
     )
-    return mechanism.model_copy(update={"joints": joints, "drive": None})
+    return mechanism.model_copy(update={"joints": joints, "limits": {}})
 
 
 def efforts(mechanism: parakin.Mechanism, q: Array, qd: Array, qdd: Array) -> Array:
