@@ -120,7 +120,7 @@ class Twin:
         for j in range(model.njnt):
             k, kind = int(model.jnt_dofadr[j]), model.jnt_type[j]
             if kind in (_FREE, _BALL):
-                six = self._six(j)[0] if kind == _FREE else []
+                six = (self._six(j) or ([], ""))[0] if kind == _FREE else []
                 turns = six[3:] or [self.numbers[f"{adapted(self.name(j))}.{n}"] for n in (1, 2, 3)]
                 if six:
                     J[range(k, k + 3), six[:3]] = 1.0
@@ -162,6 +162,34 @@ class Twin:
         rows = self.data.efc_type[: self.data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
         assert np.abs(self.data.efc_pos[: self.data.nefc][rows]).max(initial=0.0) < SAME
 
+    def compare_masses(self, at: Configuration) -> None:
+        """What MuJoCo's bodies weigh, gathered on those that they are rigid with here."""
+        data, model = self.data, self.model
+        gathered: dict[int, list[int]] = {}
+        for body in range(1, model.nbody):
+            name = adapted(model.body(body).name or f"body{body}")
+            if name in self.graph.bodies:
+                owner = self.graph.bodies.index(name)
+            else:
+                points = self.graph.points.items()
+                owner = next(b for key, (b, _) in points if key.rpartition(".")[2] == name)
+            gathered.setdefault(owner, []).append(body)
+        for owner, parts in gathered.items():
+            if owner == 0:
+                continue
+            mass, pose = self.graph.dynamics.masses[owner], at.pose(owner)
+            m, R = model.body_mass[parts], np.array(pose.R)
+            com = m @ data.xipos[parts] / m.sum()
+            tensor = np.zeros((3, 3))
+            for part in parts:
+                r, turn = data.xipos[part] - com, data.ximat[part].reshape(3, 3)
+                tensor += turn @ np.diag(model.body_inertia[part]) @ turn.T
+                tensor += model.body_mass[part] * (r @ r * np.eye(3) - np.outer(r, r))
+            np.testing.assert_allclose(mass.mass, m.sum(), rtol=SAME)
+            np.testing.assert_allclose(pose.p + pose.R @ mass.com, com, atol=SAME)
+            ours = R @ np.array(mass.inertia) @ R.T
+            np.testing.assert_allclose(ours, tensor, atol=SAME * np.abs(tensor).max())
+
     def _point(self, at: Configuration, name: str, p: Array) -> bool:
         """Whether a body that is rigid with another is where it should be on it."""
         for key, (body, local) in self.graph.points.items():
@@ -199,6 +227,7 @@ def judge_read(mechanism: parakin.Mechanism, text: str, rng: np.random.Generator
         return "tree"
     home = assembled(graph)
     twin.compare(home)
+    twin.compare_masses(home)
     motions = free_motions(graph, graph.posed_tree(), configure(graph, graph.posed_tree(), home.q))
     assert twin.freedom() == motions.shape[1], "another mobility"
     other = elsewhere(mechanism, home, rng)

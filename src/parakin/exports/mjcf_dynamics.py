@@ -2,7 +2,8 @@
 
 MuJoCo compiles no body that weighs nothing and moves: where the mechanism tells no masses, these
 are invented, and texts in the model list which. Where it does, bodies without a mass weigh
-next to nothing.
+next to nothing. MuJoCo cannot simulate these in loops: there their joints have an inertia, which
+the lists tell too.
 """
 
 from __future__ import annotations
@@ -32,10 +33,12 @@ from parakin.model.graph import Graph
 from parakin.model.masses import Mass
 
 _SERVO = 30.0  # natural frequency of an actuator that carries the whole mechanism [rad/s]
-_ROTOR = 0.05  # of that inertia, on every coordinate where nothing weighs anything
+# Of that inertia, on coordinates that move nothing of a mass: MuJoCo holds loops together with a
+# force in proportion to it.
+_ROTOR = 0.05
 _SLIGHT = 1e-9  # of the whole mass, what a body without one has
 _LEAST = 1e-13  # [kg m²] MuJoCo refuses less than a tenth of it
-_SLIGHT_ROTOR = 1e-6  # of that inertia, on coordinates that move such bodies alone
+_SLIGHT_ROTOR = 1e-6  # in a model without loops
 _NARROW = 1e-11  # of the largest moment, what the triangle inequality has to be kept by
 
 
@@ -56,8 +59,8 @@ class Weighing:
         """Gives bodies their masses; without any, MuJoCo takes those of the shapes drawn."""
         self.told: dict[str, Mass] = {}
         for name, body in bodies.items():
-            if name == self.graph.bodies[0]:
-                continue
+            if name == self.graph.bodies[0] and self.total:
+                continue  # what it weighs is the ground's to carry
             mass = self.masses.get(name)
             if mass is None or not mass.mass:
                 self._invent(INVENTED_MASS, body.name)
@@ -93,11 +96,10 @@ class Weighing:
         for joint in self.spec.joints:
             k = numbers.get(joint.name, -1)
             met = graph.dynamics.passive.get(k, Passive())
-            # (Inertia and damping may be needed, or small bodies in stiff loops would shake.)
             inertia = mass * (graph.length**2 if joint.type == hinge else 1.0)
             inertias[joint.name] = inertia
             light = model.body_subtreemass[joint.parent.id] < 1e-6 * mass
-            rotor = _ROTOR if not self.total else _SLIGHT_ROTOR * light
+            rotor = light * (_ROTOR if model.neq else _SLIGHT_ROTOR) if self.total else _ROTOR
             joint.armature, damping = met.armature, met.viscous + met.damping
             if not joint.armature and rotor:
                 joint.armature = rotor * inertia
@@ -156,6 +158,9 @@ class Weighing:
             for what, names in self.invented.items():
                 etree.SubElement(custom, "text", name=what, data=", ".join(names))
         lines = left_out(self.graph, {ARMATURES, SPRINGS, POINT_SPRINGS, GRAVITY})
+        light = self.invented.get(INVENTED_ARMATURE, []) if self.total else []
+        if light:
+            lines.append(f"bodies without a mass, but with invented inertias of {', '.join(light)}")
         comment(root, lines, [load.name for load in self.graph.dynamics.loads])
 
 
