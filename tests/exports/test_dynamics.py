@@ -16,6 +16,7 @@ import parakin
 from parakin.exports import export as exports
 from parakin.files.mechanism_toml import mechanism_from_table
 from parakin.model.evaluation import graph_of
+from parakin.model.graph import Graph
 
 mujoco = pytest.importorskip("mujoco")
 pytest.importorskip("lxml")
@@ -159,13 +160,14 @@ friction = {viscous = 3}
 @pytest.mark.parametrize("suffix", ["xml", "urdf"])
 def test_what_comes_back_weighs_and_resists_alike(suffix: str, tmp_path: Path) -> None:
     """URDF keeps neither armatures nor springs nor gravity, and says so."""
-    for mechanism in (arm(), mechanism_from_table(tomllib.loads(CHAIN), "chain")):
+    for mechanism in (arm(PULL), mechanism_from_table(tomllib.loads(CHAIN), "chain")):
         path, *loops = exports.export(mechanism, tmp_path / f"model.{suffix}")
         again = parakin.load(path, loops=loops[0] if loops else None)
         ours, theirs = graph_of(mechanism), graph_of(again)
         text = path.read_text()
         if suffix == "xml":
             assert again.gravity == mechanism.gravity
+            _same_springs(ours, theirs)
             expected = {k: v for k, v in _with_loads(mechanism).items() if v[0]}
             found = masses(theirs)
             assert found.keys() == expected.keys()
@@ -180,6 +182,15 @@ def test_what_comes_back_weighs_and_resists_alike(suffix: str, tmp_path: Path) -
             two = theirs.dynamics.passive.get(theirs.index(c.name, ""))
             home = ours.home.get(k, 0.0) if k in ours.from_home else 0.0
             assert _told(two, 0.0, suffix) == pytest.approx(_told(one, home, suffix), rel=1e-12)
+
+
+def _same_springs(ours: Graph, theirs: Graph) -> None:
+    """Between the same points of bodies of the same names."""
+    for one, two in zip(ours.dynamics.springs, theirs.dynamics.springs, strict=True):
+        assert (one.name, *one[2:]) == (two.name, *two[2:])
+        for (body, p), (other, q) in zip(one.ends, two.ends, strict=True):
+            assert ours.bodies[body] == theirs.bodies[other]
+            np.testing.assert_allclose(p, q, atol=1e-14)
 
 
 def _told(passive: Any, home: float, suffix: str) -> list[float]:

@@ -149,6 +149,36 @@ def test_bodies_within_a_joint_that_weigh_something_stay(tmp_path: Path) -> None
     assert kinds == [["universal"], ["revolute", "revolute"]]
 
 
+TENDON = """<tendon><spatial {}><site site="s"/><site site="{}"/></spatial></tendon>"""
+
+
+def spring_model(said: str, end: str = "t") -> dict[str, str]:
+    ground = '</body><body name="g" pos="0 0 3"><site name="s"/>'
+    site = '<site name="t" pos="0 4 0"/>'
+    return {"inside": BALL + site + ground, "after": TENDON.format(said, end)}
+
+
+def test_tendons_of_two_sites_are_springs_between_points(tmp_path: Path) -> None:
+    """From (0, 0, 3) to (0, 4, 0) it is 5 m long at first."""
+    mechanism = loaded(tmp_path, **spring_model('name="k" stiffness="2" damping="3"'))
+    (spring,) = graph_of(mechanism).dynamics.springs
+    assert (spring.name, spring.stiffness, spring.damping) == ("k", 2, 3)
+    assert spring.length == pytest.approx(5)
+    assert "<tendon>" not in mechanism.notes
+    mechanism = loaded(tmp_path, **spring_model('stiffness="2" springlength="0.5"'))
+    assert graph_of(mechanism).dynamics.springs[0].length == 0.5
+    for other in ('stiffness="2" range="0 1"', 'stiffness="2" springlength="0 1"', ""):
+        mechanism = loaded(tmp_path, **spring_model(other))
+        assert not mechanism.forces
+        assert "Not used: <tendon>." in mechanism.notes
+    with pytest.raises(InputError) as refusal:
+        loaded(tmp_path, **spring_model('stiffness="-2"'))
+    assert "line 2: stiffness: found -2; expected zero or more" in str(refusal.value)
+    with pytest.raises(InputError) as refusal:
+        loaded(tmp_path, **spring_model('stiffness="2"', "u"))
+    assert "line 2: found unknown site 'u'; expected one of: s, t" in str(refusal.value)
+
+
 def test_less_than_nothing_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError) as refusal:
         loaded(tmp_path, 'damping="-1"')

@@ -77,7 +77,7 @@ def judge_rigid(found: InputError, path: Path) -> str:
     assert str(path) in found.place, str(found)
     for said in ("one rigid body", "no joints that move", "already rigid", "helical joints alone"):
         if said in str(found):
-            told = ", line" in found.place or ".yaml: clos" in found.place
+            told = any(s in found.place for s in (", line", ".yaml: clos", ".xml: joints."))
             assert told or "no joints" in said, str(found)
             return "refused as rigid"
     raise AssertionError(f"refused: {found}")

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, Pose, Vector
 from parakin.errors import InputError
 from parakin.files import link_masses, resistances
+from parakin.files.link_springs import LinkSpring, Springs
 from parakin.files.links import (
     Link,
     Range,
@@ -39,11 +40,13 @@ def mechanism_of(
     notes: str,
     masses: Mapping[str, Mass] | None = None,
     gravity: tuple[float, float, float] | None = None,
+    springs: Sequence[LinkSpring] = (),
 ) -> Mechanism:
     """The mechanism of a tree of links and of the loops that close it.
 
     bodies: names of all links, the base's among them, in the order of the file. origin: the file,
-    for messages. masses: of those links that weigh something. Raises InputError.
+    for messages. masses: of those links that weigh something. springs: between points of them.
+    Raises InputError.
     """
     if len(links) + len(loops) > MAX_JOINTS:
         raise InputError(origin, f"{len(links) + len(loops)} joints", f"at most {MAX_JOINTS}")
@@ -52,7 +55,8 @@ def mechanism_of(
     closing = [link for link in loops if link.kind != "screw"]
     whole = merge_screws(links, screws, closing, origin)
     moving, owner = merge_rigid(base, [*whole, *closing], origin)
-    kept = {base} | link_masses.massive(masses, owner)
+    held = {owner[link][0] for spring in springs for link, _ in spring.ends if link in owner}
+    kept = {base} | link_masses.massive(masses, owner) | held
     joints, pose = split_off_platform(base, merge_chains(moving, kept))
     if not all(map(turns_in_order, joints)):
         joints, pose = split_off_platform(base, merge_chains(moving, kept, in_order=True))
@@ -64,7 +68,11 @@ def mechanism_of(
     used = {} if pose is None else {"platform": ""}  # the pose's own name
     titled = [(link, _fit(link.name, used)) for link in joints]
     points, weights = _points(owner, names, pose), link_masses.by_body(masses, owner)
-    notes += link_masses.not_weighed(masses, owner) + _not_resisting([*joints, pose])
+    named = [spring._replace(name=_fit(spring.name, {})) for spring in springs]
+    between = Springs(named, owner, names, points)
+    notes += (
+        between.notes + link_masses.not_weighed(masses, owner) + _not_resisting([*joints, pose])
+    )
     return Mechanism(
         name=_fit(name, {}),
         title=name,
@@ -85,6 +93,7 @@ def mechanism_of(
         | _pose_values(pose),
         limits=_limits(titled) | _pose_limits(pose) | _speeds(titled),
         gravity=gravity,
+        forces=between.forces,
         origin=origin,
     )
 

@@ -19,6 +19,7 @@ from parakin.files.from_links import WORLD, mechanism_of
 from parakin.files.links import TINY, Link, moved
 from parakin.files.mjcf_dynamics import Gears, Weights, is_ours
 from parakin.files.mjcf_skeleton import check_mjcf, skeleton, used
+from parakin.files.mjcf_springs import Tendons
 from parakin.files.parsing import number, numbers
 from parakin.files.vocabulary import line_number, line_of, listed, not_used
 from parakin.model.mechanism import MAX_JOINTS, Mechanism
@@ -59,7 +60,9 @@ def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
     loops = read.loops()
     links = [link for body in range(1, model.nbody) for link in read.links(body)]
     masses = weights.masses(read.bodies)
-    notes = f"Read from MJCF.{not_used(root, _read)}{motors.notes()}"
+    tendons = Tendons(mujoco, root, model, read.bodies, origin)
+    passed = not_used(root, lambda element: tendons.read(element) or _read(element))
+    notes = f"Read from MJCF.{passed}{motors.notes()}"
     notes += weights.left_out(root, read.bodies)
     if read.no_loops and model.neq:
         notes += " Its equalities are disabled by <flag>."
@@ -73,6 +76,7 @@ def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
         notes,
         masses,
         weights.gravity(root, bool(masses)),
+        tendons.springs,
     )
 
 

@@ -149,7 +149,7 @@ def _check_body(element: _Element, aligned: bool, place: str) -> None:
         return
     align = element.get("align", "auto")
     if align == "true" or (align == "auto" and aligned):
-        expected = "align='false': otherwise masses, which are not read, place the body's frame"
+        expected = "align='false': otherwise masses place the body's frame"
         raise InputError(place, "a free joint with align='true'", expected)
 
 
