@@ -185,7 +185,7 @@ class _Writer:
         tag = str(element.tag)
         within = element.getparent()
         keys = _KEPT_COUPLING if tag == "joint" and _in(within, "equality") else _KEPT[tag]
-        made = [tag]
+        made = [tag, *(['contype="0" conaffinity="0"'] if tag == "geom" else [])]
         if tag == "geom" and not _in(within, "default") and self._unshaped(element):
             keys = _WEIGHED | {"class"}
             self.unshaped += 1
