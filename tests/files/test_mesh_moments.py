@@ -83,6 +83,16 @@ def test_a_mechanism_built_in_python_has_its_meshes_read_when_it_is_compiled(
     assert solver.graph.dynamics.masses[1].mass == pytest.approx(375.0)
 
 
+def test_without_the_library_that_reads_meshes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(InputError) as refusal:
+        load(tmp_path, TETRAHEDRON)
+    assert "bodies.a.mesh.file: found trimesh is not installed" in str(refusal.value)
+    assert "pip install 'parakin[view]'" in str(refusal.value)
+
+
 REFUSED = {
     "open": (TETRAHEDRON.replace("f 1 4 3\n", ""), "an open mesh: 3 edges without two triangles"),
     "inside out": (

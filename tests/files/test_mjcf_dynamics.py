@@ -149,6 +149,27 @@ def test_bodies_within_a_joint_that_weigh_something_stay(tmp_path: Path) -> None
     assert kinds == [["universal"], ["revolute", "revolute"]]
 
 
+def test_earlier_exports_have_bodies_within_joints_that_weigh_nothing(tmp_path: Path) -> None:
+    """They are called after the joint, and their shapes weighed something in MuJoCo alone."""
+    (tmp_path / "m.xml").write_text(
+        """<mujoco><worldbody><body name="U link"><joint name="U.1" axis="0 0 1"/>
+        <geom size="1"/><body name="b"><joint name="U.2" axis="1 0 0"/><geom size="1"/></body>
+        </body></worldbody></mujoco>"""
+    )
+    mechanism = parakin.load(tmp_path / "m.xml")
+    assert [joint.kind for joint in mechanism.joints] == ["universal"]
+    assert list(masses(graph_of(mechanism))) == ["b"]
+
+
+def test_shapes_that_classes_tell_may_be_meshes(tmp_path: Path) -> None:
+    classes = '<default><geom type="mesh" mesh="none"/></default>'
+    mechanism = loaded(tmp_path, inside='<geom size="1"/>', before=classes)
+    assert "bodies shaped by meshes, which are not read: a." in mechanism.notes
+    (tmp_path / "n").mkdir()
+    mechanism = loaded(tmp_path / "n", inside='<geom type="sphere" size="1"/>', before=classes)
+    assert "shaped by meshes" not in mechanism.notes
+
+
 TENDON = """<tendon><spatial {}><site site="s"/><site site="{}"/></spatial></tendon>"""
 
 

@@ -117,6 +117,39 @@ def test_what_has_no_counterpart_is_told(tmp_path: Path) -> None:
     assert "<dynamics> of 'j', a spherical joint." in said
 
 
+SCREW = """<robot name="s"><link name="base"/><link name="n">{}</link><link name="a"/>
+<joint name="h" type="continuous"><parent link="base"/><child link="n"/><axis xyz="0 0 1"/>
+<dynamics damping="1" friction="2"/></joint>
+<joint name="s" type="prismatic"><parent link="n"/><child link="a"/><axis xyz="0 0 1"/>
+<mimic joint="h" multiplier="0.5"/><dynamics damping="4" friction="2"/></joint></robot>"""
+
+
+def test_a_screw_resists_as_its_parts_and_has_no_body_within(tmp_path: Path) -> None:
+    (tmp_path / "s.urdf").write_text(SCREW.format(BALL.format(1)))
+    mechanism = parakin.load(tmp_path / "s.urdf")
+    assert "Masses left out of links within screws: n." in mechanism.notes
+    (passive,) = graph_of(mechanism).dynamics.passive.values()
+    assert (passive.viscous, passive.coulomb) == (1 + 0.25 * 4, 2 + 0.5 * 2)
+
+
+def test_a_joint_whose_kind_the_file_of_loops_changes_loses_what_it_met(tmp_path: Path) -> None:
+    pytest.importorskip("yaml")
+    more = (
+        f'<link name="b">{BALL.format(1)}</link><joint name="k" type="continuous">'
+        '<parent link="a"/><child link="b"/><dynamics damping="1"/></joint>'
+        '<link name="e"/><joint name="f" type="fixed"><parent link="b"/><child link="e"/></joint>'
+        '<link name="g"/><joint name="d" type="fixed"><parent link="base"/><child link="g"/>'
+        "</joint>"
+    )
+    (tmp_path / "one.urdf").write_text(ONE.format("", "continuous", "", more))
+    (tmp_path / "l.yaml").write_text(
+        "closed_loop: [[e, g]]\ntype: [3d]\njoint_name: [k]\njoint_type: [SPHERICAL]\n"
+    )
+    mechanism = parakin.load(tmp_path / "one.urdf", loops=tmp_path / "l.yaml")
+    assert "Not used: <dynamics> of 'k', whose kind is changed." in mechanism.notes
+    assert not any(joint.friction for joint in mechanism.joints)
+
+
 @pytest.mark.parametrize(
     ("inside", "after", "said"),
     [
