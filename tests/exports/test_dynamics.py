@@ -247,6 +247,58 @@ def test_loops_come_back_with_their_masses_or_without_any(
             assert again.mechanism.gravity is None
 
 
+@pytest.mark.parametrize("name", ["tricept", "six-bar-watt", "gough-stewart", "flight-simulator"])
+def test_efforts_of_closed_chains_follow_from_mujocos_of_the_tree(
+    name: str, tmp_path: Path
+) -> None:
+    """MuJoCo's inverse dynamics of the exported tree, its loops open, through the velocities that
+    a unit velocity of each driven coordinate means: virtual powers.
+    """
+    bare = parakin.load(name)
+    bodies = tuple(
+        body
+        if body.name == bare.base
+        else body.model_copy(
+            update={
+                "mass": 1.0 + k,
+                "com": (0.02 * k, 0.1, -0.05),
+                "inertia": (0.3, 0.2 + 0.01 * k, 0.25),
+            }
+        )
+        for k, body in enumerate(bare.bodies)
+    )
+    mechanism = bare.model_copy(update={"bodies": bodies, "limits": {}})
+    driven = [c.name for c in graph_of(mechanism).coordinates if c.actuated]
+    solver = parakin.compile(mechanism, driven, coordinates="all", machine_code=False)
+    rng = np.random.default_rng(0)
+    y = np.array([solver.home[n] for n in driven]) + 0.01 * rng.normal(size=len(driven))
+    yd, ydd = 0.3 * rng.normal(size=(2, len(driven)))
+    tick = solver.at(y, yd, ydd, forces=True)
+    assert tick.forces is not None
+    model: Any = mujoco.MjModel.from_xml_path(str(exports.export(mechanism, tmp_path / "m.xml")[0]))
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_EQUALITY
+    model.dof_armature[:] = model.dof_damping[:] = 0.0  # invented where nothing weighs anything
+    light = model.body_mass < 0.5
+    model.body_mass[light], model.body_inertia[light] = 0.0, 0.0  # so small bodies in joints
+    at, v, a = np.zeros(model.nq), np.zeros(model.nv), np.zeros(model.nv)
+    columns = np.zeros((model.nv, len(driven)))
+    units = [solver.at(y, unit).velocity for unit in np.eye(len(driven))]
+    graph, known = solver.graph, {model.joint(j).name: j for j in range(model.njnt)}
+    for k, coordinate in enumerate(solver.coordinates):
+        if coordinate not in known:
+            continue  # of a ball that closes a loop
+        row = int(model.joint(known.pop(coordinate)).dofadr[0])
+        number = graph.index(coordinate, "")
+        zero = float(model.qpos0[row]) if number in graph.from_home else 0.0
+        at[row] = tick.position[k].item() + zero
+        v[row], a[row] = tick.velocity[k].item(), tick.acceleration[k].item()
+        columns[row] = [unit[k].item() for unit in units]
+    assert not known
+    expected = columns.T @ of_mujoco(model, at, v, a)
+    found = np.asarray(tick.forces.effort).reshape(len(driven))
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+
+
 def test_what_a_model_cannot_hold_is_told_in_a_comment(tmp_path: Path) -> None:
     more = """[forces.wind]
     kind = "wrench"
