@@ -57,13 +57,7 @@ def mechanism_of(
     moving, owner = merge_rigid(base, [*whole, *closing], origin)
     held = {owner[link][0] for spring in springs for link, _ in spring.ends if link in owner}
     kept = {base} | link_masses.massive(masses, owner) | held
-    joints, pose = split_off_platform(base, merge_chains(moving, kept))
-    if not all(map(turns_in_order, joints)):
-        joints, pose = split_off_platform(base, merge_chains(moving, kept, in_order=True))
-    if not joints:
-        raise InputError(
-            origin, "no joints that move", "at least one hinge, slide or other moving joint"
-        )
+    joints, pose = _moving(base, moving, kept, origin)
     names = _body_names(base, bodies, [*joints, *([pose] if pose else [])], owner)
     used = {} if pose is None else {"platform": ""}  # the pose's own name
     titled = [(link, _fit(link.name, used)) for link in joints]
@@ -96,6 +90,22 @@ def mechanism_of(
         forces=between.forces,
         origin=origin,
     )
+
+
+def _moving(
+    base: str, links: Sequence[Link], kept: set[str], origin: str
+) -> tuple[list[Link], Link | None]:
+    """The joints, chains of which are one, and the platform's pose. Raises InputError if there are
+    none.
+    """
+    joints, pose = split_off_platform(base, merge_chains(links, kept))
+    if not all(map(turns_in_order, joints)):
+        joints, pose = split_off_platform(base, merge_chains(links, kept, in_order=True))
+    if not joints:
+        raise InputError(
+            origin, "no joints that move", "at least one hinge, slide or other moving joint"
+        )
+    return joints, pose
 
 
 def _body_names(
