@@ -277,7 +277,8 @@ def test_efforts_of_closed_chains_follow_from_mujocos_of_the_tree(
     assert tick.forces is not None
     model: Any = mujoco.MjModel.from_xml_path(str(exports.export(mechanism, tmp_path / "m.xml")[0]))
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_EQUALITY
-    model.dof_armature[:] = model.dof_damping[:] = 0.0  # invented where nothing weighs anything
+    model.dof_damping[:] = 0.0  # invented where nothing weighs anything, and so is armature
+    model.dof_armature[:] = np.maximum(model.dof_armature, 1.0)  # for MuJoCo's sake alone
     light = model.body_mass < 0.5
     model.body_mass[light], model.body_inertia[light] = 0.0, 0.0  # so small bodies in joints
     at, v, a = np.zeros(model.nq), np.zeros(model.nv), np.zeros(model.nv)
@@ -294,7 +295,7 @@ def test_efforts_of_closed_chains_follow_from_mujocos_of_the_tree(
         v[row], a[row] = tick.velocity[k].item(), tick.acceleration[k].item()
         columns[row] = [unit[k].item() for unit in units]
     assert not known
-    expected = columns.T @ of_mujoco(model, at, v, a)
+    expected = columns.T @ (of_mujoco(model, at, v, a) - model.dof_armature * a)
     found = np.asarray(tick.forces.effort).reshape(len(driven))
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
