@@ -30,6 +30,8 @@ default class= childclass= compiler eulerseq= angle= autolimits= range= limited=
 euler= quat= xyaxes= zaxis= axisangle= fromto= anchor= relpose= body1= joint1= polycoef= keyframe
 qpos= freejoint frame active= torquescale= loop loop_joint coupling mimic multiplier= predecessor
 successor origin xyz= rpy= limit lower= upper= revolute continuous floating planar spherical
+inertial mass= diaginertia= fullinertia= inertia ixx= geom density= armature= damping= stiffness=
+springref= frictionloss= gravity= tendon spatial springlength= custom gear= dynamics friction=
 closures: closed_loop: type: name_mot: joint_name: joint_type: link_a: point: axis: home:
 !!python/object &a *a <<: ~ .inf .nan 0x 0o 1:60:60 2020-01-01 [limbs.a] count each {i}
 variant_of kind parent child on_parent on_child at axis turns pitch length guess limits stated

@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from parakin.algebra.spatial import IDENTITY_POSE, Matrix, Pose, Vector
 from parakin.errors import InputError
-from parakin.files.links import Link, merge_chains, merge_rigid, merge_screws, split_off_platform
+from parakin.files.links import Link, merge_chains, merge_rigid, split_off_platform
+from parakin.files.screws import merge_screws
 from parakin.model.placement import vector
 
 

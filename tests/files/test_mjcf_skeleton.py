@@ -31,7 +31,7 @@ MODEL = """<mujoco model="m">
 </mujoco>"""
 
 
-def test_what_kinematics_needs_is_kept_and_stays_on_its_line() -> None:
+def test_what_mechanics_needs_is_kept_and_stays_on_its_line() -> None:
     text = skeleton(parse_xml(MODEL, "f"), "f")
     made = ElementTree.fromstring(text)
     site = made.find("default/site")
@@ -42,7 +42,7 @@ def test_what_kinematics_needs_is_kept_and_stays_on_its_line() -> None:
     assert active.attrib == {"active": "false"}
     joint = made.find("worldbody/body/joint")
     assert joint is not None
-    assert joint.attrib == {"name": "j", "ref": "0.5", "armature": "1"}
+    assert joint.attrib == {"name": "j", "ref": "0.5", "damping": "1"}
     flag = made.find("option/flag")
     assert flag is not None
     assert flag.attrib == {"equality": "disable"}
@@ -57,7 +57,7 @@ def test_what_kinematics_needs_is_kept_and_stays_on_its_line() -> None:
 
 def test_what_is_not_used_is_told() -> None:
     said = not_used(parse_xml(MODEL, "f"), used)
-    assert said == " Not used: <asset>, <geom>, <option>."
+    assert said == " Not used: <asset>, <option>."
 
 
 def body(inside: str = "", attributes: str = "", after: str = "", before: str = "") -> str:

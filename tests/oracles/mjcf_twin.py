@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from random_mjcf import compiled, follow
 from scipy.spatial.transform import Rotation
+from weighty import efforts, of_mujoco
 
 import parakin
 from parakin.errors import AssemblyError
@@ -29,6 +30,22 @@ def adapted(name: str) -> str:
     """A name by parakin's rules, unless another has it already."""
     fit = re.sub(r"[^A-Za-z0-9_ '-]", "_", name)[:56].strip()
     return fit if fit[:1].isascii() and fit[:1].isalpha() else f"n{fit}"
+
+
+def euler_rates(q: Array, qd: Array) -> tuple[Array, Array]:
+    """From rates of angles about moving x, y, z to a body's angular velocity along its own axes,
+    and how that changes (by a complex step).
+    """
+    a, b, c = q + 1e-30j * qd
+    del a
+    E = np.array(
+        [
+            [np.cos(b) * np.cos(c), np.sin(c), 0.0],
+            [-np.cos(b) * np.sin(c), np.cos(c), 0.0],
+            [np.sin(b), 0.0, 1.0],
+        ]
+    )
+    return E.real, E.imag / 1e-30
 
 
 class Twin:
@@ -96,6 +113,34 @@ class Twin:
         follow(self.model, qpos)
         return qpos
 
+    def rates(self, q: Array, qd: Array) -> tuple[Array, Array]:
+        """How MuJoCo's velocities follow from parakin's: J, and its derivative times these."""
+        model = self.model
+        J, onward = np.zeros((model.nv, len(q))), np.zeros(model.nv)
+        for j in range(model.njnt):
+            k, kind = int(model.jnt_dofadr[j]), model.jnt_type[j]
+            if kind in (_FREE, _BALL):
+                six = (self._six(j) or ([], ""))[0] if kind == _FREE else []
+                turns = six[3:] or [self.numbers[f"{adapted(self.name(j))}.{n}"] for n in (1, 2, 3)]
+                if six:
+                    J[range(k, k + 3), six[:3]] = 1.0
+                    k += 3
+                E, E_dot = euler_rates(q[turns], qd[turns])
+                J[k : k + 3, turns] = E
+                onward[k : k + 3] = E_dot @ qd[turns]
+            elif (number := self.single(j)) is not None:
+                J[k, number] = 1.0
+        for i in range(model.neq):  # screws
+            one, two = int(model.eq_obj1id[i]), int(model.eq_obj2id[i])
+            if model.eq_type[i] == mujoco.mjtEq.mjEQ_JOINT and two >= 0:
+                ratio = model.eq_data[i][1]
+                a, b = model.jnt_dofadr[one], model.jnt_dofadr[two]
+                if model.jnt_type[one] == _SLIDE:
+                    J[a] = ratio * J[b]
+                else:
+                    J[b] = J[a] / ratio
+        return J, onward
+
     def compare(self, at: Configuration) -> None:
         """Poses of all bodies, and the gaps that MuJoCo finds in the loops."""
         self.data.qpos[:] = self.qpos(at.q)
@@ -116,6 +161,34 @@ class Twin:
         assert seen == self.model.nbody - 1, "a body was lost"
         rows = self.data.efc_type[: self.data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
         assert np.abs(self.data.efc_pos[: self.data.nefc][rows]).max(initial=0.0) < SAME
+
+    def compare_masses(self, at: Configuration) -> None:
+        """What MuJoCo's bodies weigh, gathered on those that they are rigid with here."""
+        data, model = self.data, self.model
+        gathered: dict[int, list[int]] = {}
+        for body in range(1, model.nbody):
+            name = adapted(model.body(body).name or f"body{body}")
+            if name in self.graph.bodies:
+                owner = self.graph.bodies.index(name)
+            else:
+                points = self.graph.points.items()
+                owner = next(b for key, (b, _) in points if key.rpartition(".")[2] == name)
+            gathered.setdefault(owner, []).append(body)
+        for owner, parts in gathered.items():
+            if owner == 0:
+                continue
+            mass, pose = self.graph.dynamics.masses[owner], at.pose(owner)
+            m, R = model.body_mass[parts], np.array(pose.R)
+            com = m @ data.xipos[parts] / m.sum()
+            tensor = np.zeros((3, 3))
+            for part in parts:
+                r, turn = data.xipos[part] - com, data.ximat[part].reshape(3, 3)
+                tensor += turn @ np.diag(model.body_inertia[part]) @ turn.T
+                tensor += model.body_mass[part] * (r @ r * np.eye(3) - np.outer(r, r))
+            np.testing.assert_allclose(mass.mass, m.sum(), rtol=SAME)
+            np.testing.assert_allclose(pose.p + pose.R @ mass.com, com, atol=SAME)
+            ours = R @ np.array(mass.inertia) @ R.T
+            np.testing.assert_allclose(ours, tensor, atol=SAME * np.abs(tensor).max())
 
     def _point(self, at: Configuration, name: str, p: Array) -> bool:
         """Whether a body that is rigid with another is where it should be on it."""
@@ -149,10 +222,12 @@ def judge_read(mechanism: parakin.Mechanism, text: str, rng: np.random.Generator
     if not twin.equations:
         for _ in range(3):
             twin.compare(configure(graph, graph.tree(), rng.normal(size=len(graph.coordinates))))
+        compare_efforts(twin, mechanism, rng)
         assert twin.freedom() == len(graph.coordinates)
         return "tree"
     home = assembled(graph)
     twin.compare(home)
+    twin.compare_masses(home)
     motions = free_motions(graph, graph.posed_tree(), configure(graph, graph.posed_tree(), home.q))
     assert twin.freedom() == motions.shape[1], "another mobility"
     other = elsewhere(mechanism, home, rng)
@@ -160,6 +235,23 @@ def judge_read(mechanism: parakin.Mechanism, text: str, rng: np.random.Generator
         return "loops, at home only"
     twin.compare(other)
     return "loops"
+
+
+def compare_efforts(twin: Twin, mechanism: parakin.Mechanism, rng: np.random.Generator) -> None:
+    """Inverse dynamics of an open chain, by parakin and by MuJoCo."""
+    if mechanism.platform is not None:
+        return  # of the freedoms of its pose nobody asks for efforts
+    q, qd, qdd = rng.normal(size=(3, len(twin.graph.coordinates)))
+    J, onward = twin.rates(q, qd)
+    model, kinds = twin.model, twin.model.jnt_type[twin.model.dof_jntid]
+    for values in (model.dof_armature, model.dof_frictionloss):
+        values[(kinds == _BALL) | (kinds == _FREE)] = 0.0  # of which a note tells
+    model.dof_damping[kinds == _FREE] = 0.0
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_EQUALITY
+    found = J.T @ of_mujoco(model, twin.qpos(q), J @ qd, J @ qdd + onward)
+    ours = efforts(mechanism, q, qd, qdd)
+    size = max(1.0, float(np.abs(found).max()))
+    np.testing.assert_allclose(ours / size, found / size, rtol=0, atol=SAME)
 
 
 def elsewhere(

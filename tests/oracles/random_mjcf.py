@@ -13,10 +13,10 @@ from typing import Any
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+from random_weights import GEOM, Weights, numbers, place
 
 Array = NDArray[np.float64]
 Rng = np.random.Generator
-GEOM = '<geom type="box" size="0.1 0.2 0.3" pos="0.1 0 0.2" mass="1"/>'
 UNUSED = (
     '<option timestep="0.001" gravity="0 0 -1"/><visual><map znear="0.1"/></visual>',
     '<asset><material name="m" rgba="1 0 0 1"/><mesh name="none" file="no such file.stl"/></asset>',
@@ -59,27 +59,12 @@ class Model:
     refused: str | None = None
 
 
-def numbers(values: Any) -> str:
-    return " ".join(repr(float(v)) for v in np.atleast_1d(values))
-
-
-def turn(rng: Rng) -> str:
-    """A random orientation in one of MJCF's five ways, or none."""
-    v = rng.normal(size=6)
-    sizes = {"quat": 4, "axisangle": 4, "euler": 3, "xyaxes": 6, "zaxis": 3, "": 0}
-    way = str(rng.choice(list(sizes)))
-    return f'{way}="{numbers(v[: sizes[way]])}"' if way else ""
-
-
-def place(rng: Rng) -> str:
-    return f'pos="{numbers(rng.normal(size=3).round(3))}" {turn(rng)}'
-
-
 class Writer:
     """Writes one random model."""
 
     def __init__(self, seed: int) -> None:
         self.rng = np.random.default_rng(seed)
+        self.weights = Weights(seed)
         self.parts: list[Part] = [Part("world", -1, "")]
         self.equalities: list[str] = []
         self.actuators: list[str] = []
@@ -133,7 +118,7 @@ class Writer:
         if self.chance(0.3):
             said += f' class="{rng.choice(self.classes)}"'
         part.moves += 1
-        return f"<joint {said}/>"
+        return f"<joint {said} {self.weights.resistance(kind)}/>"
 
     def screw(self, part: Part, name: str) -> None:
         """A hinge and a slide along it, on one body or on two, coupled with offsets and refs."""
@@ -147,6 +132,8 @@ class Writer:
             hinge, slide = f'{hinge} limited="false"', f'{slide} range="-1 {rng.random():.3f}"'
         else:
             slide += ' limited="false"'
+        hinge += f" {self.weights.resistance('hinge')}"
+        slide += f" {self.weights.resistance('slide')}"
         joints = [f"<joint {hinge}/>", f'<joint {slide} ref="{rng.normal():.3f}"/>']
         part.inside += joints if self.chance(0.5) else joints[::-1]
         part.moves += 1
@@ -202,8 +189,8 @@ class Writer:
             named = self.chance(0.85)
             part.inside.append(self.joint(part, kind, f"j{number}" if named else ""))
             if named and kind != "ball" and self.chance(0.3):
-                self.actuators.append(f'<motor joint="j{number}"/>')
-        part.inside.append(GEOM)
+                self.actuators.append(f'<motor joint="j{number}"{self.weights.gear()}/>')
+        part.inside += self.weights.body()
 
     def chain(self, part: Part, number: int) -> None:
         """Hinges and slides that make one joint of parakin's, some with limits and motors."""
@@ -216,7 +203,8 @@ class Writer:
             axis = numbers(np.eye(3)["xyz".index(move[1])])
             kind = "slide" if move[0] == "p" else "hinge"
             part.inside.append(
-                f'<joint name="{name}" type="{kind}" axis="{axis}" ref="0"{limits}/>'
+                f'<joint name="{name}" type="{kind}" axis="{axis}" ref="0"{limits} '
+                f"{self.weights.resistance(kind)}/>"
             )
             if self.chance(0.2):
                 self.actuators.append(f'<position joint="{name}"/>')
@@ -257,6 +245,7 @@ class Writer:
     def write(self) -> Model:
         rng = self.rng
         self.head = self.header()
+        self.head += self.weights.option()
         self.unused = "\n".join(rng.permutation(np.array(UNUSED))[: rng.integers(4)])
         for number in range(1, int(rng.integers(3, 9))):
             self.body(number)

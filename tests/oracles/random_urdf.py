@@ -114,6 +114,12 @@ def frame(rng: Rng) -> tuple[str, Array]:
     return f'xyz="{numbers(p)}" {text}', pose(turn.as_matrix(), p)
 
 
+def gathered(mass: float, com: Array, tensor: Array) -> Array:
+    """Of a body, about the origin: mass, first moments, second moments of rotation."""
+    about_origin = tensor + mass * (com @ com * np.eye(3) - np.outer(com, com))
+    return np.hstack([mass, mass * com, about_origin.ravel()])
+
+
 def written(at: Array) -> str:
     """A matrix as an origin."""
     rpy = Rotation.from_matrix(at[:3, :3]).as_euler("xyz")
@@ -125,6 +131,8 @@ class Writer:
 
     def __init__(self, seed: int) -> None:
         rng = self.rng = np.random.default_rng(seed)
+        self.heavy = np.random.default_rng([seed, 1])  # so that poses are those of the seed
+        self.weights: dict[str, tuple[float, Array, Array]] = {}
         self.joints: list[Joint] = []
         self.loops: list[Loop] = []
         self.elements: list[str] = ['<link name="l0"/>']
@@ -209,13 +217,37 @@ class Writer:
             inside += f'<limit effort="1" velocity="1" lower="{made.limits[0]!r}" upper="3"/>'
             if made.kind == "continuous":
                 made.limits = None  # as URDF has it
-        inside += '<dynamics damping="1"/>' if rng.random() < 0.3 else ""
+        inside += '<dynamics damping="1" friction="0.5"/>' if rng.random() < 0.3 else ""
         ends = f'<parent link="{made.parent}"/><child link="{made.child}"/>'
         self.elements.append(f'<joint name="{made.name}" type="{made.kind}">{ends}{inside}</joint>')
         if link:
             seen = VISUAL if rng.random() < 0.3 else ""
-            self.elements.append(f'<link name="{made.child}">{seen}</link>')
+            weight = self.inertial(made.child) if self.heavy.random() < 0.7 else ""
+            self.elements.append(f'<link name="{made.child}">{seen}{weight}</link>')
         self.joints.append(made)
+
+    def inertial(self, link: str) -> str:
+        """What a link weighs: four masses at random points."""
+        rng = self.heavy
+        text, at = frame(rng)
+        points, mass = rng.normal(size=(4, 3)), float(rng.random())
+        tensor = np.einsum("ij,ij->", points, points) * np.eye(3) - points.T @ points
+        self.weights[link] = mass, at, tensor
+        six = [
+            f'i{"xyz"[i]}{"xyz"[j]}="{tensor[i, j]:.17g}"' for i in range(3) for j in range(i, 3)
+        ]
+        moments = f"<inertia {' '.join(six)}/>"
+        return f'<inertial><origin {text}/><mass value="{mass!r}"/>{moments}</inertial>'
+
+    def moments(self, told: Mapping[str, Any]) -> Array:
+        """Of all links together, about the base's origin: mass, first moments, second moments of
+        rotation.
+        """
+        found, walked = np.zeros(13), self.walk(told)
+        for link, (mass, at, tensor) in self.weights.items():
+            place = walked[link] @ at
+            found += gathered(mass, place[:3, 3], place[:3, :3] @ tensor @ place[:3, :3].T)
+        return found
 
     def values(self, told: Mapping[str, Any]) -> dict[str, Array]:
         """All joints' coordinates from those of the independent ones; zero where none are told."""

@@ -18,6 +18,7 @@ import numpy as np
 from parakin.algebra.spatial import IDENTITY, ZERO, Matrix, Pose, Vector, as_array
 from parakin.arrays import FloatArray
 from parakin.errors import not_installed
+from parakin.exports.mjcf_dynamics import Weighing
 from parakin.files.parsing import parse_xml
 from parakin.kinematics.assembly import assembled
 from parakin.kinematics.configuration import Configuration, configure
@@ -27,8 +28,7 @@ from parakin.model.placement import about, vector
 
 _STEP = 0.002  # of time [s]
 _CLOSED = (2 * _STEP, 1.0)  # time constant [s] and damping ratio of loops: as stiff as can be
-_SERVO = 30.0  # natural frequency of an actuator that carries the whole mechanism [rad/s]
-_ROTOR = 0.05  # of that inertia, on every coordinate
+_MET = ("armature", "damping", "stiffness", "frictionloss", "springref")  # by a joint
 _UNBOUNDED = 1000.0  # [m or rad]: an open end of a range, as MuJoCo's have two
 _GREY, _BLUE, _ORANGE = (0.5, 0.5, 0.5, 1.0), (0.3, 0.5, 0.8, 1.0), (0.9, 0.5, 0.1, 1.0)
 
@@ -75,6 +75,7 @@ class _Model:
     placed: dict[str, tuple[Any, Pose[float]]] = field(init=False)
     radius: float = field(init=False)
     taken: set[str] = field(init=False)  # names of bodies
+    weighing: Weighing = field(init=False)
 
     def __post_init__(self) -> None:
         spec = self.spec = self.mujoco.MjSpec()
@@ -82,7 +83,7 @@ class _Model:
         spec.compiler.degree = False
         spec.option.timestep = _STEP
         spec.option.integrator = self.mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-        spec.option.disableflags |= self.mujoco.mjtDisableBit.mjDSBL_GRAVITY  # masses are not real
+        self.weighing = Weighing(self.mujoco, self.graph, spec)
         base = self.graph.bodies[0]
         self.taken = set(self.graph.bodies)
         body = spec.worldbody.add_body(name=self._named(base))
@@ -283,48 +284,43 @@ class _Model:
 
     def text(self) -> str:
         """The model as XML, with servos on the actuated coordinates and home as its key frame."""
-        mass = float(self.spec.compile().body_subtreemass[0])
-        hinge = self.mujoco.mjtJoint.mjJNT_HINGE
-        inertias = {
-            joint.name: mass * (self.graph.length**2 if joint.type == hinge else 1.0)
-            for joint in self.spec.joints
-        }
-        for joint in self.spec.joints:  # or small bodies in stiff loops would shake
-            joint.armature = _ROTOR * inertias[joint.name]
-            joint.damping = [_SERVO * joint.armature, 0.0, 0.0]
-        moved = [c for c in self.graph.coordinates if c.actuated]
-        for coordinate in moved:
-            inertia = inertias[coordinate.name]
-            servo = self.spec.add_actuator(
-                name=coordinate.name,
-                target=coordinate.name,
-                trntype=self.mujoco.mjtTrn.mjTRN_JOINT,
+        from lxml import etree
+
+        for spring in self.graph.dynamics.springs:
+            first, second = (
+                self._site(f"{spring.name} {k}", self.graph.bodies[body], Pose(IDENTITY, p))
+                for k, (body, p) in enumerate(spring.ends, start=1)
             )
-            servo.set_to_position(kp=_SERVO**2 * inertia, kv=2 * _SERVO * inertia)
+            self.weighing.stretch(spring.name, (first, second))
+        self.weighing.weigh({name: body for name, (body, _) in self.placed.items()})
+        self.weighing.resist()
+        moved = [c for c in self.graph.coordinates if c.actuated]
         qpos = self.spec.compile().qpos0
         self.spec.add_key(name="home", qpos=qpos, ctrl=[self.spec.joint(c.name).ref for c in moved])
         self.spec.compile()
-        return _in_full(self.spec)
+        root = _in_full(self.spec)
+        self.weighing.write(root)
+        etree.indent(root)
+        return etree.tostring(root, encoding="unicode") + "\n"
 
 
-def _in_full(spec: Any) -> str:
+def _in_full(spec: Any) -> Any:
     """The spec's XML with all digits of what matters; MuJoCo writes six."""
-    from lxml import etree
-
     root = parse_xml(spec.to_xml(), "MJCF")
     found = {"body": spec.body, "joint": spec.joint, "site": spec.site}
     keys = {
         "body": ("pos", "quat"),
-        "joint": ("pos", "axis", "ref", "range"),
+        "joint": ("pos", "axis", "ref", "range", *_MET),
         "site": ("pos", "quat"),
     }
     for element in root.iter("body", "joint", "site"):
-        if element.get("joint1") is not None:  # not a joint but a coupling of two
+        if element.get("joint1") or element.get("site"):  # a coupling of two, a tendon's end
             continue
         item = found[str(element.tag)](element.get("name"))
         for key in keys[str(element.tag)]:
-            if key != "range" or element.get(key) is not None:
-                element.set(key, _numbers(getattr(item, key)))
+            if element.get(key) is not None or key not in ("range", *_MET):
+                values = getattr(item, key)
+                element.set(key, _numbers(np.atleast_1d(values)[:1] if key in _MET else values))
     for element, item in zip(root.iterfind("equality/*"), spec.equalities, strict=True):
         if element.get("polycoef") is not None:
             element.set("polycoef", _numbers(item.data[:5]))
@@ -333,8 +329,7 @@ def _in_full(spec: Any) -> str:
         values = getattr(spec.keys[0], name)
         if len(values):
             home.set(name, _numbers(values))
-    etree.indent(root)
-    return etree.tostring(root, encoding="unicode") + "\n"
+    return root
 
 
 def _numbers(values: Any) -> str:

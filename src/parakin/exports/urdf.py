@@ -4,23 +4,27 @@ URDF has trees of single hinges and slides: a joint of several coordinates becom
 them, X.1, X.2, ..., with links without a body between. The loops go into a separate file as pairs
 of links that coincide (Gepetto's convention): in a point (3d) at spherical joints and rods, as
 frames (6d) at all others. `home` in it is parakin's, with coordinates counted from their joints'
-zeros.
+zeros. Masses, damping and friction go into the URDF; what it cannot hold, into a comment in it.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, ZERO, Matrix, Pose, Vector, matrix
 from parakin.errors import not_installed
+from parakin.exports.left_out import comment, left_out, masses_of
 from parakin.kinematics.assembly import assembled
 from parakin.kinematics.configuration import Configuration, configure
+from parakin.model.dynamics import Passive
 from parakin.model.graph import Graph
 from parakin.model.joints import GraphJoint
 from parakin.model.limits import UNLIMITED
+from parakin.model.masses import Mass
 from parakin.model.placement import about
 
 _UNBOUNDED = 1000.0  # [m or rad]: an open end, as limits in URDF have two
@@ -49,6 +53,7 @@ def urdf(graph: Graph) -> tuple[str, str]:
         robot.close(graph.joints[number])
     for name, (body, p) in graph.points.items():
         robot.frame(name, graph.bodies[body], Pose(IDENTITY, p))
+    comment(robot.root, left_out(graph, ()), [load.name for load in graph.dynamics.loads])
     etree.indent(robot.root)
     text = etree.tostring(robot.root, encoding="unicode") + "\n"
     loops = {
@@ -76,6 +81,7 @@ class _Robot:
         self.pairs: list[tuple[str, str]] = []
         self.types: list[str] = []
         self.home: dict[str, float] = {}
+        self.masses = masses_of(graph)
 
     def link(self, name: str) -> None:
         self.links.add(name)
@@ -83,6 +89,18 @@ class _Robot:
         if name in self.graph.bodies:
             geometry = self._sub(self._sub(link, "visual"), "geometry")
             self._sub(geometry, "sphere", radius=f"{0.03 * self.graph.length:.6g}")
+            mass = self.masses.get(self.graph.bodies.index(name))
+            if mass is not None:
+                self._weigh(link, mass)
+
+    def _weigh(self, link: Any, mass: Mass) -> None:
+        inertial = self._sub(link, "inertial")
+        self._sub(inertial, "origin", xyz=_numbers(mass.com), rpy="0 0 0")
+        self._sub(inertial, "mass", value=_numbers([mass.mass]))
+        axes = [(i, j) for i in range(3) for j in range(i, 3)]
+        moments = self._sub(inertial, "inertia")
+        for i, j in axes:
+            moments.set(f"i{'xyz'[i]}{'xyz'[j]}", _numbers([mass.inertia[i][j]]))
 
     def chain(
         self, joint: GraphJoint, near: str, far: str, end: Pose[float], backwards: bool
@@ -145,6 +163,10 @@ class _Robot:
             )
             return
         self.home[name] = home
+        met = self.graph.dynamics.passive.get(k, Passive())
+        if met.viscous or met.damping or met.coulomb:
+            damping, friction = (_numbers([x]) for x in (met.viscous + met.damping, met.coulomb))
+            self._sub(joint, "dynamics", damping=damping, friction=friction)
 
     def _joint(self, name: str, kind: str, near: str, far: str, here: Pose[float]):  # type: ignore[no-untyped-def]  # lxml's element
         self.link(far)

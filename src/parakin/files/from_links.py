@@ -8,16 +8,21 @@ from collections.abc import Mapping, Sequence
 
 from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, Pose, Vector
 from parakin.errors import InputError
+from parakin.files import link_masses, resistances
+from parakin.files.link_springs import LinkSpring, Springs
 from parakin.files.links import (
     Link,
     Range,
     merge_chains,
     merge_rigid,
-    merge_screws,
     split_off_platform,
     turns_in_order,
 )
+from parakin.files.screws import merge_screws
+from parakin.files.vocabulary import listed
 from parakin.model.bodies import Body, Frame
+from parakin.model.drives import Drive
+from parakin.model.masses import Mass
 from parakin.model.mechanism import MAX_JOINTS, Joint, Mechanism, Platform
 from parakin.model.placement import vector
 
@@ -33,35 +38,44 @@ def mechanism_of(
     loops: Sequence[Link],
     origin: str,
     notes: str,
+    masses: Mapping[str, Mass] | None = None,
+    gravity: tuple[float, float, float] | None = None,
+    springs: Sequence[LinkSpring] = (),
 ) -> Mechanism:
     """The mechanism of a tree of links and of the loops that close it.
 
     bodies: names of all links, the base's among them, in the order of the file. origin: the file,
-    for messages. Raises InputError.
+    for messages. masses: of those links that weigh something. springs: between points of them.
+    Raises InputError.
     """
     if len(links) + len(loops) > MAX_JOINTS:
         raise InputError(origin, f"{len(links) + len(loops)} joints", f"at most {MAX_JOINTS}")
+    masses = masses or {}
     screws = [link for link in loops if link.kind == "screw"]
     closing = [link for link in loops if link.kind != "screw"]
     whole = merge_screws(links, screws, closing, origin)
     moving, owner = merge_rigid(base, [*whole, *closing], origin)
-    joints, pose = split_off_platform(base, merge_chains(moving, {base}))
-    if not all(map(turns_in_order, joints)):
-        joints, pose = split_off_platform(base, merge_chains(moving, {base}, in_order=True))
-    if not joints:
-        raise InputError(
-            origin, "no joints that move", "at least one hinge, slide or other moving joint"
-        )
+    held = {owner[link][0] for spring in springs for link, _ in spring.ends if link in owner}
+    kept = {base} | link_masses.massive(masses, owner) | held
+    joints, pose = _moving(base, moving, kept, origin)
     names = _body_names(base, bodies, [*joints, *([pose] if pose else [])], owner)
     used = {} if pose is None else {"platform": ""}  # the pose's own name
     titled = [(link, _fit(link.name, used)) for link in joints]
-    points = _points(owner, names, pose)
+    points, weights = _points(owner, names, pose), link_masses.by_body(masses, owner)
+    named = [spring._replace(name=_fit(spring.name, {})) for spring in springs]
+    between = Springs(named, owner, names, points)
+    notes += (
+        between.notes + link_masses.not_weighed(masses, owner) + _not_resisting([*joints, pose])
+    )
     return Mechanism(
         name=_fit(name, {}),
         title=name,
         notes=notes,
         base=names[base],
-        bodies=tuple(Body(name=label, points=points[body]) for body, label in names.items()),
+        bodies=tuple(
+            Body(name=label, points=points[body], **weights.get(body, {}))
+            for body, label in names.items()
+        ),
         joints=tuple(_joint(link, title, names) for link, title in titled),
         platform=None if pose is None else _platform(pose, names),
         driven=_driven(titled),
@@ -72,8 +86,26 @@ def mechanism_of(
         }
         | _pose_values(pose),
         limits=_limits(titled) | _pose_limits(pose) | _speeds(titled),
+        gravity=gravity,
+        forces=between.forces,
         origin=origin,
     )
+
+
+def _moving(
+    base: str, links: Sequence[Link], kept: set[str], origin: str
+) -> tuple[list[Link], Link | None]:
+    """The joints, chains of which are one, and the platform's pose. Raises InputError if there are
+    none.
+    """
+    joints, pose = split_off_platform(base, merge_chains(links, kept))
+    if not all(map(turns_in_order, joints)):
+        joints, pose = split_off_platform(base, merge_chains(links, kept, in_order=True))
+    if not joints:
+        raise InputError(
+            origin, "no joints that move", "at least one hinge, slide or other moving joint"
+        )
+    return joints, pose
 
 
 def _body_names(
@@ -114,6 +146,16 @@ def _joint(link: Link, title: str, names: Mapping[str, str]) -> Joint:
         on_child=_frame(link.M),
         actuated=link.actuated,
         pitch=link.pitch or None,
+        drive=Drive(ratio=link.gear) if link.gear != 1.0 else None,
+        **(resistances.tables(link.passive) if link.kind != "free" else {}),
+    )
+
+
+def _not_resisting(links: Sequence[Link | None]) -> str:
+    """A sentence on what resists free joints, which have no axes here; "" if nothing does."""
+    free = [link for link in links if link is not None and link.kind == "free"]
+    return listed(
+        "Not used: what resists free joints", [link.name for link in free if link.passive]
     )
 
 

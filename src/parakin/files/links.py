@@ -1,8 +1,8 @@
 """Links: the joints of MJCF and URDF files, and how several of them make one joint of ours.
 
 Such files have single hinges and slides, fixed links and, apart from the tree, loops. Here links
-that are fixed to one another become one body; a hinge and a slide that are coupled, a screw; and
-hinges and slides that `parakin export` has split, one joint again.
+that are fixed to one another become one body; and hinges and slides that `parakin export` has
+split, one joint again.
 """
 
 from __future__ import annotations
@@ -24,12 +24,15 @@ from parakin.algebra.spatial import (
     matrix,
 )
 from parakin.errors import InputError
+from parakin.files import resistances
+from parakin.model.dynamics import Passive
 from parakin.model.joints import PAIRS, THETA
 from parakin.model.placement import about
 
 Range = tuple[float, float]
 TINY = 1e-12  # a ratio of coupled joints that is less is none that anybody meant
 _UPSIDE_DOWN = Pose(matrix(((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))), ZERO)
+_BARE = ("spherical", "free")  # kinds whose coordinates have no axes of their own to resist along
 _APART = 1e-6  # directions and positions that differ by less are the same
 
 
@@ -39,7 +42,8 @@ class Link:
     its coordinates are zero.
 
     values: its coordinates in the file's own pose [m, rad]. limits: their ranges, if there are any;
-    speeds: their greatest speeds.
+    speeds: their greatest speeds. passive: what they meet, if anything; a spherical joint has one,
+    of damping alone. gear: a motor's turns for one of the joint.
     actuated: whether a motor moves it, or which of its coordinates, the first being 1. place: where
     in the file it is told, for messages. A screw is the coupling of a hinge, its parent, and a
     slide, its child, which stands at `advance` [m] plus `pitch` [m/rad] times the hinge's angle.
@@ -59,6 +63,8 @@ class Link:
     advance: float = 0.0
     angles: tuple[tuple[str, str], ...] = (("roll", "x"), ("pitch", "y"), ("yaw", "z"))
     place: str = ""
+    passive: tuple[Passive, ...] = ()
+    gear: float = 1.0
 
     def where(self, origin: str) -> str:
         """What messages call it: its place, or its name in the file `origin`."""
@@ -73,96 +79,7 @@ def moved(slides: bool, by: float) -> Pose[float]:
     return Pose(matrix(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0))), ZERO)
 
 
-def merge_screws(
-    links: Sequence[Link], screws: Sequence[Link], closing: Sequence[Link], origin: str
-) -> list[Link]:
-    """Links with each hinge and slide that a coupling makes a screw replaced by one helical joint.
-
-    screws: couplings, which name the hinge as parent and the slide as child. closing: the links
-    that close loops. Raises InputError.
-    """
-    result = list(links)
-    ends = Counter(n for link in (*links, *closing) for n in (link.parent, link.child))
-    for screw in screws:
-        place = screw.where(origin)
-        parts = [
-            [link for link in result if link.name == name and link.kind == kind and not link.pitch]
-            for name, kind in ((screw.parent, "revolute"), (screw.child, "prismatic"))
-        ]
-        if not all(parts):
-            found = f"a joint that already belongs to a screw, {screw.parent!r} or {screw.child!r}"
-            raise InputError(place, found, "one coupling for each joint")
-        (hinge, *_), (slide, *_) = parts
-        whole = _screw(hinge, slide, screw, place)
-        inner = hinge.child if hinge.child == slide.parent else slide.child
-        if whole is None:
-            raise InputError(
-                place,
-                f"{slide.name!r} following {hinge.name!r}",
-                "a slide along the axis of the hinge it is coupled to, as in a screw",
-            )
-        if ends[inner] != 2:
-            found = f"{inner!r:.80}, inside the screw of {hinge.name!r}, joined to other links"
-            raise InputError(place, found, "other links joined to the screw's ends only")
-        result[result.index(hinge)] = whole
-        result.remove(slide)
-    return result
-
-
-def _screw(hinge: Link, slide: Link, screw: Link, place: str) -> Link | None:
-    """The helical joint of a hinge and a slide next to it; None if they are not parallel."""
-    if hinge.child != slide.parent and slide.child != hinge.parent:
-        return None
-    pitch, advance = screw.pitch, screw.advance
-    for _ in range(2):
-        first, second = (hinge, slide) if hinge.child == slide.parent else (slide, hinge)
-        onto = first.M.inverse @ second.F  # the second joint's frame in the first's, at zero
-        if not _differ(onto.R.column(2), Vector((0.0, 0.0, 1.0))):
-            break
-        slide, pitch, advance = _negated(slide), -pitch, -advance  # it may point the other way
-    else:
-        return None
-    # The helical joint is where the hinge is: a slide is the same anywhere.
-    F, M = (first.F, second.M @ onto.inverse) if first is hinge else (first.F @ onto, second.M)
-    return replace(
-        hinge,
-        parent=first.parent,
-        child=second.child,
-        F=F,
-        M=M @ moved(True, -advance),
-        limits=_limits_of_screw(hinge, slide, pitch, advance, place),
-        speeds=_speeds_of_screw(hinge, slide, pitch),
-        actuated=bool(hinge.actuated or slide.actuated),
-        pitch=2 * math.pi * pitch,
-    )
-
-
-def _limits_of_screw(
-    hinge: Link, slide: Link, pitch: float, advance: float, place: str
-) -> tuple[Range | None, ...]:
-    """The angles that both the hinge's and the slide's limits allow. Raises InputError if none."""
-    ranges = [*hinge.limits]
-    for limits in slide.limits:
-        if limits is not None:
-            low, high = sorted((end - advance) / pitch for end in limits)
-            ranges.append((low, high))
-    known = [limits for limits in ranges if limits is not None]
-    if not known:
-        return ()
-    low, high = max(a for a, _ in known), min(b for _, b in known)
-    if not low < high:
-        found = f"limits of {hinge.name!r} and {slide.name!r} that exclude each other"
-        raise InputError(place, found, "limits that both can be within")
-    return ((low, high),)
-
-
-def _speeds_of_screw(hinge: Link, slide: Link, pitch: float) -> tuple[float, ...]:
-    """The greatest speed of the hinge that both allow."""
-    known = [*hinge.speeds, *(speed / abs(pitch) for speed in slide.speeds)]
-    return (min(known),) if known else ()
-
-
-def _negated(slide: Link) -> Link:
+def negated(slide: Link) -> Link:
     """A slide that counts the other way."""
     return replace(
         slide,
@@ -170,6 +87,7 @@ def _negated(slide: Link) -> Link:
         M=slide.M @ _UPSIDE_DOWN,
         values=tuple(-value for value in slide.values),
         limits=tuple(limits and (-limits[1], -limits[0]) for limits in slide.limits),
+        passive=resistances.negated(slide.passive),
     )
 
 
@@ -275,6 +193,9 @@ def _joint_of(chain: Sequence[Link]) -> Link | None:
     slides = tuple(link.kind == "prismatic" for link in chain)
     if not all(link.kind in ("prismatic", "revolute") and not link.pitch for link in chain):
         return None
+    passive = resistances.of_chain([link.passive for link in chain])
+    if any(link.gear != 1.0 for link in chain):
+        return None  # a joint has one drive
     at = IDENTITY_POSE
     frames = []  # of the joints, all at zero
     for link in chain:
@@ -283,9 +204,11 @@ def _joint_of(chain: Sequence[Link]) -> Link | None:
         at = at @ link.M.inverse
     turning = [frame for frame, sliding in zip(frames, slides, strict=True) if not sliding]
     origin = turning[0].p if turning else frames[0].p
-    if any(_differ(frame.p, origin) for frame in turning):
+    if any(differ(frame.p, origin) for frame in turning):
         return None
     for kind, pairs in PAIRS.items():
+        if passive and kind in _BARE and _stem(chain[0]) != "platform":
+            continue
         if len(pairs) < 2 or tuple(pair.slides for pair in pairs) != slides:
             continue
         axes: dict[int, Vector[float]] = {}
@@ -293,10 +216,10 @@ def _joint_of(chain: Sequence[Link]) -> Link | None:
         for link, frame, pair in zip(chain, frames, pairs, strict=True):
             direction, axis = frame.R.column(2), pair.axis
             if kind == "free" and not pair.slides:  # its angles may come in any order
-                close = [k for k in axes if not _differ(axes[k], direction)]
+                close = [k for k in axes if not differ(axes[k], direction)]
                 axis = close[0] if close else axis
                 angles.append((link.name.rpartition(".")[2], "xyz"[axis]))
-            if _differ(axes.setdefault(axis, direction), direction):
+            if differ(axes.setdefault(axis, direction), direction):
                 break
         else:
             R = _frame_with(axes)
@@ -316,6 +239,7 @@ def _joint_of(chain: Sequence[Link]) -> Link | None:
                 _speeds_of_chain(chain),
                 _actuated_of_chain(chain),
                 angles=tuple(angles),
+                passive=passive,
             )
     return None
 
@@ -341,7 +265,7 @@ def _reversed(link: Link) -> Link:
     return replace(link, parent=link.child, child=link.parent, F=F, M=M)
 
 
-def _differ(a: Vector[float], b: Vector[float]) -> bool:
+def differ(a: Vector[float], b: Vector[float]) -> bool:
     return bool(max(abs(x) for x in a - b) > _APART)
 
 
@@ -370,9 +294,9 @@ def split_off_platform(base: str, links: Sequence[Link]) -> tuple[list[Link], Li
         link
         for link in free
         if link.parent == base
-        and not _differ(link.F.p, ZERO)
-        and not any(_differ(*rows) for rows in zip(link.F.R, IDENTITY, strict=True))
-        and not any(_differ(*rows) for rows in zip(link.M.R, IDENTITY, strict=True))
+        and not differ(link.F.p, ZERO)
+        and not any(differ(*rows) for rows in zip(link.F.R, IDENTITY, strict=True))
+        and not any(differ(*rows) for rows in zip(link.M.R, IDENTITY, strict=True))
     ]
     if len(upright) != 1:
         return list(links), None

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 import warnings
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,9 +17,11 @@ from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, Matrix, Pose, matri
 from parakin.errors import InputError, nearest, not_installed
 from parakin.files.from_links import WORLD, mechanism_of
 from parakin.files.links import TINY, Link, moved
+from parakin.files.mjcf_dynamics import Gears, Weights, is_ours
 from parakin.files.mjcf_skeleton import check_mjcf, skeleton, used
-from parakin.files.parsing import numbers
-from parakin.files.vocabulary import line_number, line_of, not_used
+from parakin.files.mjcf_springs import Tendons
+from parakin.files.parsing import number, numbers
+from parakin.files.vocabulary import line_number, line_of, listed, not_used
 from parakin.model.mechanism import MAX_JOINTS, Mechanism
 from parakin.model.placement import about, vector
 
@@ -27,7 +30,6 @@ if TYPE_CHECKING:
 
 _LOCKED = 1e-12  # the cosine of the second of three angles at gimbal lock
 _SLIDE = 2  # MuJoCo's kinds of joints: free, ball, slide, hinge
-_LISTED = 10  # lines in a note
 _LINE = re.compile(r",? ?\bline (\d+)")
 
 
@@ -47,24 +49,40 @@ def mechanism_from_mjcf(root: _Element, origin: str) -> Mechanism:
         raise InputError(origin, found, f"at most {4 * MAX_JOINTS}")
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about inertias, which do not matter here
-            model = mujoco.MjSpec.from_string(skeleton(root, origin)).compile()
+            warnings.simplefilter("ignore")  # about bounds of inertias
+            weights = Weights(mujoco, root, skeleton(root, origin))
     except (ValueError, RuntimeError) as error:
         raise _refused(str(error), mujoco.__version__, origin) from None
+    model = weights.model
     home = _home(root, model, origin)
-    actuated, idle = _actuated(root, model, origin)
-    read = _Model(mujoco, root, model, home, actuated, origin)
+    motors = _Motors(root, model, origin)
+    read = _Model(mujoco, root, weights, home, motors.gears, origin)
     loops = read.loops()
     links = [link for body in range(1, model.nbody) for link in read.links(body)]
-    notes = f"Read from MJCF.{not_used(root, used)}"
-    if idle:
-        notes += f" Actuators that drive no hinge or slide: on {', '.join(idle[:_LISTED])}"
-        notes += ", ..." if len(idle) > _LISTED else "."
+    masses = weights.masses(read.bodies)
+    tendons = Tendons(mujoco, root, model, read.bodies, origin)
+    passed = not_used(root, lambda element: tendons.read(element) or _read(element))
+    notes = f"Read from MJCF.{passed}{motors.notes()}"
+    notes += weights.left_out(root, read.bodies)
     if read.no_loops and model.neq:
         notes += " Its equalities are disabled by <flag>."
     return mechanism_of(
-        root.get("model") or "model", WORLD, read.bodies, links, loops, origin, notes
+        root.get("model") or "model",
+        WORLD,
+        read.bodies,
+        links,
+        loops,
+        origin,
+        notes,
+        masses,
+        weights.gravity(root, bool(masses)),
+        tendons.springs,
     )
+
+
+def _read(element: _Element) -> bool:
+    ours = element.tag in ("custom", "text") and is_ours(element)
+    return ours or used(element)
 
 
 def _refused(said: str, version: str, origin: str) -> InputError:
@@ -90,25 +108,42 @@ def _home(root: _Element, model: Any, origin: str) -> list[float]:
     return home
 
 
-def _actuated(root: _Element, model: Any, origin: str) -> tuple[set[str], list[str]]:
-    """Names of the hinges and slides that an actuator moves directly, and lines of the others.
+class _Motors:
+    """The hinges and slides that actuators move directly; `gears` are their ratios by name.
 
-    Raises InputError on unknown joints.
+    idle: the lines of actuators that move none. geared: those whose gear is not taken over.
     """
-    known = {model.joint(k).name: k for k in range(model.njnt) if model.joint(k).name}
-    moved: set[str] = set()
-    idle: list[str] = []
-    for element in root.iterfind("actuator/*"):
-        keys = [key for key in ("joint", "jointinparent") if element.get(key) is not None]
-        names = {key: str(element.get(key)) for key in keys}
-        for key, name in names.items():
-            if name not in known:
-                place = f"{line_of(element, origin)}: {key}"
-                raise InputError(place, f"unknown joint {name!r:.80}", nearest(name, known))
-        single = {name for name in names.values() if model.jnt_type[known[name]] >= _SLIDE}
-        moved |= single
-        idle += [] if single else [f"line {line_number(element)}"]
-    return moved, idle
+
+    def __init__(self, root: _Element, model: Any, origin: str) -> None:
+        """Raises InputError on unknown joints."""
+        self.gears: dict[str, float] = {}
+        self.idle: list[str] = []
+        self.geared: list[str] = []
+        known = {model.joint(k).name: k for k in range(model.njnt) if model.joint(k).name}
+        gears = Gears(root)
+        for element in root.iterfind("actuator/*"):
+            keys = [key for key in ("joint", "jointinparent") if element.get(key) is not None]
+            names = {key: str(element.get(key)) for key in keys}
+            for key, name in names.items():
+                if name not in known:
+                    place = f"{line_of(element, origin)}: {key}"
+                    raise InputError(place, f"unknown joint {name!r:.80}", nearest(name, known))
+            single = {name for name in names.values() if model.jnt_type[known[name]] >= _SLIDE}
+            line = f"line {line_number(element)}"
+            self.idle += [] if single else [line]
+            ratio, *others = (number(word) for word in gears.of(element).split() or "1")
+            for name in single:
+                odd = any(others) or (name in self.gears and self.gears[name] != ratio)
+                odd = odd or (model.jnt_type[known[name]] == _SLIDE and ratio != 1.0)
+                if odd or not 0.0 < abs(ratio) < math.inf:
+                    self.geared.append(line)
+                    ratio = 1.0
+                self.gears.setdefault(name, ratio)
+
+    def notes(self) -> str:
+        """Sentences on what is not taken over."""
+        said = listed("Actuators that drive no hinge or slide: on", self.idle).replace("on:", "on")
+        return said + listed("Not used: gears of actuators on", self.geared).replace("on:", "on")
 
 
 class _Model:
@@ -118,13 +153,14 @@ class _Model:
         self,
         mujoco: Any,
         root: _Element,
-        model: Any,
+        weights: Weights,
         home: list[float],
-        actuated: set[str],
+        gears: Mapping[str, float],
         origin: str,
     ) -> None:
-        self.mujoco, self.model, self.home = mujoco, model, home
-        self.actuated, self.origin = actuated, origin
+        model = weights.model
+        self.mujoco, self.model, self.home, self.weights = mujoco, model, home, weights
+        self.gears, self.origin = gears, origin
         self.lines = {"joint": _joint_lines(root), "equality": _equality_lines(root)}
         bodies = [model.body(k).name for k in range(model.nbody)]
         joints = [model.joint(k).name for k in range(model.njnt)]
@@ -164,7 +200,8 @@ class _Model:
         point, place = vector(model.jnt_pos[j]), self.place("joint", j)
         if kind == kinds.mjJNT_FREE:
             values = (*pose[k : k + 3], *_angles_of(self._matrix(pose[k + 3 : k + 7])))
-            return Link(name, "free", near, far, values=tuple(map(float, values)), place=place)
+            passive, at_home = self.weights.passive(j, place), tuple(map(float, values))
+            return Link(name, "free", near, far, values=at_home, place=place, passive=passive)
         limited = bool(model.jnt_limited[j]) and not self.no_limits
         if kind == kinds.mjJNT_BALL:
             if limited:
@@ -172,7 +209,10 @@ class _Model:
                 raise InputError(f"{place}: range", "a range of a ball joint", expected)
             here = Pose(IDENTITY, point)
             values = _angles_of(self._matrix(pose[k : k + 4]))
-            return Link(name, "spherical", near, far, at @ here, here, values, place=place)
+            passive = self.weights.passive(j, place)
+            return Link(
+                name, "spherical", near, far, at @ here, here, values, place=place, passive=passive
+            )
         slides = kind == kinds.mjJNT_SLIDE
         here = Pose(about(vector(model.jnt_axis[j])), point)
         # In the file's pose the joint stands at `ref`; here it stands at zero.
@@ -189,8 +229,10 @@ class _Model:
             here,
             (float(pose[k]),),
             ((low, high),) if limited and low < high else (),
-            actuated=name in self.actuated,
+            actuated=name in self.gears,
             place=place,
+            passive=self.weights.passive(j, place),
+            gear=self.gears.get(name, 1.0),
         )
 
     def loops(self) -> list[Link]:

@@ -1,7 +1,8 @@
-"""What kinematics needs of a MuJoCo model, as a model for MuJoCo's own compiler.
+"""What mechanics needs of a MuJoCo model, as a model for MuJoCo's own compiler.
 
-Shapes, contacts, masses and references to other files are left out, so that no file is opened but
-the one that the user named. What is left stands on the lines of the file, for MuJoCo's messages.
+Contacts, pictures and references to other files are left out, so that no file is opened but the one
+that the user named; shapes are kept, as bodies weigh what these do. What is left stands on the
+lines of the file, for MuJoCo's messages.
 """
 
 from __future__ import annotations
@@ -16,18 +17,28 @@ from parakin.files.vocabulary import Word, check_words, language, line_number, l
 if TYPE_CHECKING:
     from lxml.etree import _Element
 
+BOUND = 1e-12
+"""[kg, kg m²] What MuJoCo has to take for bodies that weigh nothing: it compiles none of these."""
+UNSHAPED = "shape "
+"""How the skeleton's names of geoms begin whose shape is in another file."""
+_AMOUNTS = {"inertiagrouprange", "boundmass", "boundinertia", "settotalmass"}
 _TURN = {"quat", "axisangle", "xyaxes", "zaxis", "euler"}
+_WEIGHING = {"inertiafromgeom", "balanceinertia", *_AMOUNTS}
+_WEIGHED = {"mass", "density", "group", "shellinertia"}
+_RESISTING = {"armature", "damping", "frictionloss", "stiffness", "springref"}
 _COUPLED = {"name", "class", "active", "solref", "solimp"}
 _KEPT: dict[str, set[str]] = {
     "mujoco": {"model"},
-    "compiler": {"angle", "autolimits", "eulerseq", "coordinate"},
-    "option": set(),
-    "flag": {"equality", "constraint", "limit"},
+    "compiler": {"angle", "autolimits", "eulerseq", "coordinate", *_WEIGHING},
+    "option": {"gravity"},
+    "flag": {"equality", "constraint", "limit", "gravity", "spring", "damper", "frictionloss"},
     "default": {"class"},
     "worldbody": {"name", "pos", "childclass", *_TURN},
     "body": {"name", "pos", "childclass", *_TURN},
     "frame": {"name", "pos", "childclass", *_TURN},
-    "joint": {"name", "class", "type", "pos", "axis", "range", "limited", "ref"},
+    "inertial": {"pos", "mass", "diaginertia", "fullinertia", *_TURN},
+    "geom": {"class", "type", "size", "pos", "fromto", *_TURN, *_WEIGHED},
+    "joint": {"name", "class", "type", "pos", "axis", "range", "limited", "ref", *_RESISTING},
     "freejoint": {"name"},
     "site": {"name", "class", "type", "size", "pos", "fromto", *_TURN},
     "equality": {"active"},
@@ -37,15 +48,21 @@ _KEPT: dict[str, set[str]] = {
 _KEPT_COUPLING = {*_COUPLED, "joint1", "joint2", "polycoef"}
 _NUMBERS = {
     *("pos", "axis", "range", "ref", "fromto", "anchor", "relpose", "torquescale", "polycoef"),
-    *("size", "solref", "solimp"),
+    *("size", "solref", "solimp", "mass", "density", "group", "diaginertia", "fullinertia"),
+    *("gravity", *_AMOUNTS, *_RESISTING),
     *_TURN,
 }
 _CHOICES: dict[str, tuple[str, ...]] = {
     "limited": ("true", "false", "auto"),
     **dict.fromkeys(("active", "autolimits"), ("true", "false")),
-    **dict.fromkeys(("equality", "constraint", "limit"), ("enable", "disable")),
+    **dict.fromkeys((f"flag {key}" for key in _KEPT["flag"]), ("enable", "disable")),
+    "inertiafromgeom": ("false", "true", "auto"),
+    **dict.fromkeys(("balanceinertia", "shellinertia"), ("true", "false")),
     "angle": ("radian", "degree"),
     "joint type": ("free", "ball", "slide", "hinge"),
+    "geom type": (
+        *("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf"),
+    ),
     "site type": ("sphere", "capsule", "ellipsoid", "cylinder", "box"),
 }
 _NAMED = {  # what an attribute names
@@ -65,8 +82,8 @@ _REFUSED = {
     "flexcomp": "rigid bodies",
 }
 _LOOPS = "connect, weld, or joint"
-# Ours, before those of the file: skeletons have no masses, and keep the names of fixed bodies.
-_COMPILER = '<compiler boundmass="1" boundinertia="1" fusestatic="false"/>'
+# Ours, before those of the file: bodies may weigh nothing, and fixed ones keep their names.
+_COMPILER = f'<compiler boundmass="{BOUND}" boundinertia="{BOUND}" fusestatic="false"/>'
 
 
 def mjcf_language(schema: str) -> Word:
@@ -132,16 +149,15 @@ def _check_body(element: _Element, aligned: bool, place: str) -> None:
         return
     align = element.get("align", "auto")
     if align == "true" or (align == "auto" and aligned):
-        expected = "align='false': otherwise masses, which are not read, place the body's frame"
+        expected = "align='false': otherwise masses place the body's frame"
         raise InputError(place, "a free joint with align='true'", expected)
 
 
 def skeleton(root: _Element, origin: str) -> str:
     """The model's skeleton as MJCF. Raises InputError on values that are not MJCF's."""
-    pieces: list[str] = []
-    line = [1]
-    _write(root, origin, pieces, line)
-    return "".join(pieces)
+    writer = _Writer(root, origin)
+    writer.write(root)
+    return "".join(writer.pieces)
 
 
 def used(element: _Element) -> bool:
@@ -149,38 +165,71 @@ def used(element: _Element) -> bool:
     within = element.getparent()
     if within is not None and within.tag in ("actuator", "keyframe"):
         return True
-    if element.tag == "option" and element.attrib:
-        return False
+    if element.tag == "option":
+        return {str(key) for key in element.attrib} <= _KEPT["option"]
     return element.tag in _KEPT or element.tag in ("actuator", "keyframe")
 
 
-def _write(element: _Element, origin: str, pieces: list[str], line: list[int]) -> None:
-    """Adds an element's text to `pieces`, on its line of the file; `line` is the one reached."""
-    tag = str(element.tag)
-    within = element.getparent()
-    place = line_of(element, origin)
-    coupling = tag == "joint" and within is not None and within.tag == "equality"
-    made = [tag]
-    if tag == "joint" and within is not None and within.tag in ("body", "frame"):
-        made.append('armature="1"')  # MuJoCo tries a step, which needs inertia in all directions
-    keys = _KEPT_COUPLING if coupling else _KEPT[tag]
-    for key in sorted(keys & {str(k) for k in element.attrib}):
-        value = str(element.get(key))
-        if key in _NUMBERS:
-            _check_numbers(value, f"{place}: {key}")
-        choices = _CHOICES.get(f"{tag} {key}", _CHOICES.get(key, (value,)))
-        if value not in choices:
-            raise InputError(f"{place}: {key}", f"{value!r:.80}", nearest(value, choices))
-        made.append(f"{key}={quoteattr(value)}")
-    down = max(line_number(element) - line[0], 0)
-    line[0] += down
-    pieces += ["\n" * down, "<", " ".join(made), ">"]
-    if within is None:
-        pieces.append(_COMPILER)
-    for child in element:
-        if str(child.tag) in _KEPT:
-            _write(child, origin, pieces, line)
-    pieces.append(f"</{tag}>")
+class _Writer:
+    """Writes a skeleton; `line` is the line of the file that is reached."""
+
+    def __init__(self, root: _Element, origin: str) -> None:
+        self.origin, self.line, self.unshaped = origin, 1, 0
+        self.pieces: list[str] = []
+        # Classes tell what a geom is that does not say so itself.
+        classed = [geom for top in root.iterfind("default") for geom in top.iter("geom")]
+        self.vague = any(_mesh_of(geom) for geom in classed)
+
+    def write(self, element: _Element) -> None:
+        """Adds an element's text, on its line of the file."""
+        tag = str(element.tag)
+        within = element.getparent()
+        keys = _KEPT_COUPLING if tag == "joint" and _in(within, "equality") else _KEPT[tag]
+        made = [tag, *(['contype="0" conaffinity="0"'] if tag == "geom" else [])]
+        if tag == "geom" and not _in(within, "default") and self._unshaped(element):
+            keys = _WEIGHED | {"class"}
+            self.unshaped += 1
+            made.append(f'name="{UNSHAPED}{self.unshaped}" type="sphere" size="1"')
+        made += self._attributes(element, keys)
+        down = max(line_number(element) - self.line, 0)
+        self.line += down
+        self.pieces += ["\n" * down, "<", " ".join(made), ">"]
+        if within is None:
+            self.pieces.append(_COMPILER)
+        for child in element:
+            still = (
+                child.tag == "geom" and next(child.iterancestors("body", "default"), None) is None
+            )
+            if str(child.tag) in _KEPT and not still:
+                self.write(child)
+        self.pieces.append(f"</{tag}>")
+
+    def _unshaped(self, geom: _Element) -> bool:
+        """Whether a geom's shape is in another file."""
+        return _mesh_of(geom) or (self.vague and geom.get("type") is None)
+
+    def _attributes(self, element: _Element, keys: set[str]) -> list[str]:
+        made, place = [], line_of(element, self.origin)
+        for key in sorted(keys & {str(k) for k in element.attrib}):
+            value = str(element.get(key))
+            if key in _NUMBERS and element.tag != "flag":
+                _check_numbers(value, f"{place}: {key}")
+            choices = _CHOICES.get(f"{element.tag} {key}", _CHOICES.get(key, (value,)))
+            if value not in choices:
+                raise InputError(f"{place}: {key}", f"{value!r:.80}", nearest(value, choices))
+            if key not in ("boundmass", "boundinertia") or number(value) > BOUND:
+                made.append(f"{key}={quoteattr(value)}")
+        return made
+
+
+def _in(within: _Element | None, tag: str) -> bool:
+    return within is not None and within.tag == tag
+
+
+def _mesh_of(geom: _Element) -> bool:
+    """Whether a geom names a mesh or a height field, or is said to be one."""
+    named = geom.get("mesh") is not None or geom.get("hfield") is not None
+    return named or geom.get("type") in ("mesh", "hfield", "sdf")
 
 
 def _check_numbers(text: str, place: str) -> None:

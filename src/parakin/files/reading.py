@@ -10,6 +10,7 @@ from typing import Any
 
 from parakin.errors import InputError, nearest, printable
 from parakin.files.mechanism_toml import mechanism_from_table, table_at
+from parakin.files.mesh_moments import with_mesh_moments
 from parakin.files.motion_csv import read_motion_csv
 from parakin.files.motion_toml import motion_from_table
 from parakin.files.parsing import parse_toml, parse_xml, parse_yaml, read_text
@@ -44,9 +45,12 @@ def _catalogue_folder() -> Any:
 def loaded(
     mechanism: Mechanism | str | Path, parameters: Mapping[str, Value] | None = None
 ) -> Mechanism:
-    """A mechanism as it is, or `load`ed, with parameters overridden by name. Raises InputError."""
+    """A mechanism as it is, or `load`ed, with parameters overridden by name, and its meshes of a
+    density measured. Raises InputError.
+    """
     if not isinstance(mechanism, Mechanism):
         mechanism = load(mechanism)
+    mechanism = with_mesh_moments(mechanism)
     return mechanism.with_parameters(parameters) if parameters else mechanism
 
 
@@ -58,7 +62,8 @@ def load(
     """A mechanism of the catalogue by name, or from a TOML, MJCF (.xml) or URDF file by path.
 
     parameters: overrides by name. loops: the YAML file that specifies the loops of a URDF. No
-    other file is read. Raises InputError with file, place, found and expected.
+    other file is read, but for meshes of a density in the mechanism's folder or below. Raises
+    InputError with file, place, found and expected.
     """
     if _is_xml(mechanism):
         made = _from_xml(Path(mechanism), None if loops is None else Path(loops))
@@ -69,6 +74,7 @@ def load(
     else:
         table, origin = _tables(mechanism)
         made = mechanism_from_table(table, origin)
+    made = with_mesh_moments(made)
     return made.with_parameters(parameters) if parameters else made
 
 

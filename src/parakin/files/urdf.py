@@ -17,6 +17,7 @@ from parakin.files.from_links import mechanism_of
 from parakin.files.links import TINY, Link, Range, moved
 from parakin.files.loop_table import dependents, loops_of_table
 from parakin.files.parsing import numbers
+from parakin.files.urdf_dynamics import Weights
 from parakin.files.vocabulary import check_words, language, line_of, not_used, written
 from parakin.model.mechanism import MAX_JOINTS, Mechanism
 from parakin.model.placement import about, unit, vector
@@ -29,7 +30,10 @@ if TYPE_CHECKING:
 _LANGUAGE = """
 robot (!) name version
    link (*) name type
-      inertial (-)
+      inertial (?)
+         origin (?) xyz rpy quat_xyzw
+         mass (?) value
+         inertia (?) ixx iyy izz ixy ixz iyz
       visual (-)
       collision (-)
       contact (-)
@@ -48,7 +52,7 @@ robot (!) name version
                 command_effort current gear_velocity {http://drake.mit.edu}acceleration
       mimic (?) joint multiplier offset
       calibration (-)
-      dynamics (-)
+      dynamics (?) damping friction armature rotor_inertia spring_reference spring_stiffness
       safety_controller (-)
       controller_gains (-)
       joint_properties (-)
@@ -112,19 +116,23 @@ def mechanism_from_urdf(
     names = [_name(element, origin) for element in root.iterfind("link")]
     _distinct(names, "links", origin)
     solved = set(map(str, dependents(table, table_origin))) if table is not None else set()
-    links, screws = _joints(root, names, origin, solved)
+    weights = Weights(root, _origin, origin)
+    links, screws = _joints(root, names, origin, solved, weights)
     base = _base(names, links, origin)
     loops = [*_loops(root, names, origin), *screws]
     if table is not None:
+        before = {link.name: link.kind for link in links if link.passive}
         more, links = loops_of_table(table, names, links, screws, base, table_origin)
         loops += more
+        weights.leave_out([x.name for x in links if x.kind != before.get(x.name, x.kind)])
     links = _followed(links, screws)
     closed = any(link.kind != "screw" for link in loops)
     notes = ("Read from URDF." if closed else _TREE) + not_used(
         root, lambda element: written(element) not in _UNREAD
     )
     title = root.get("name") or "robot"
-    return mechanism_of(title, base, names, links, loops, origin, notes)
+    notes += weights.notes()
+    return mechanism_of(title, base, names, links, loops, origin, notes, weights.masses)
 
 
 def _name(element: _Element, origin: str) -> str:
@@ -157,7 +165,7 @@ def _base(names: Sequence[str], links: Sequence[Link], origin: str) -> str:
 
 
 def _joints(
-    root: _Element, names: Sequence[str], origin: str, solved: set[str]
+    root: _Element, names: Sequence[str], origin: str, solved: set[str], weights: Weights
 ) -> tuple[list[Link], list[Link]]:
     """The joints of the tree, and the couplings that make screws.
 
@@ -181,6 +189,7 @@ def _joints(
                 _speeds(element, kind, place),
                 _independent(element, place),
                 place=place,
+                passive=weights.passive(element, kind, place),
             )
         )  # fmt: skip
         mimic = element.find("mimic")

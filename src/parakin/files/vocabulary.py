@@ -8,7 +8,7 @@ its own in this form.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ from parakin.errors import InputError, nearest
 if TYPE_CHECKING:
     from lxml.etree import _Element
 
+_LISTED = 10  # names in a sentence
 _MAX_ATTRIBUTES = 200  # of one element: lxml takes quadratic time to list them
 _LINE = re.compile(r"( *)([\w():]+) \((.)\)(.*)")
 
@@ -133,3 +134,10 @@ def not_used(root: _Element, used: Callable[[_Element], bool]) -> str:
             else:
                 found.add(f"<{written(element)}>")
     return f" Not used: {', '.join(sorted(found))}." if found else ""
+
+
+def listed(what: str, names: Sequence[str]) -> str:
+    """A sentence for notes, "what: names", the first ones of many; "" if there are no names."""
+    if not names:
+        return ""
+    return f" {what}: {', '.join(names[:_LISTED])}{', ...' if len(names) > _LISTED else '.'}"

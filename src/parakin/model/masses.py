@@ -111,11 +111,12 @@ def tensor_of(
         if any(frame.p):
             raise InputError(f"{place}.on_body.at", f"{list(frame.p)}", "axes alone: no `at`")
         tensor = frame.R @ tensor @ frame.R.T
-    _check_possible(tensor, place)
+    check_possible(tensor, place)
     return tensor
 
 
-def _check_possible(tensor: Matrix[float], place: str) -> None:
+def check_possible(tensor: Matrix[float], place: str) -> None:
+    """Raises InputError on an inertia tensor that no body could have."""
     moments = np.linalg.eigvalsh(np.array(tensor))
     shown = ", ".join(f"{moment:.6g}" for moment in moments)
     slack = _ROUNDING * abs(moments[-1])
