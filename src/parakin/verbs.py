@@ -63,7 +63,8 @@ def plot(
     symbols: Mapping[str, str] | None = None,
     title: str = "",
 ) -> Figure:
-    """Position, velocity, acceleration and, if the result has it, jerk over time.
+    """Position, velocity, acceleration and, if the result has them, jerk, effort and power over
+    time.
 
     path: .png, .svg or .pdf, if it is to be written. coordinates: by default the actuated ones,
     or all if there are none. symbols: by coordinate, in mathtext, such as a mechanism's `symbols`.

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pendulum
 import pytest
 import xarray as xr
 from linkage import ARM
@@ -254,3 +255,14 @@ def test_a_motion_with_nothing_solved_says_so(run: Parakin, general: xr.Dataset)
 def test_figures_are_known_by_the_suffixes_told() -> None:
     assert plots.SUFFIXES == (".png", ".svg", ".pdf")
     assert datasets.SUFFIXES == (".csv", ".nc", ".parquet")
+
+
+def test_forces_are_summed_up_on_request(run: Parakin) -> None:
+    Path("pendulum.toml").write_text(pendulum.TEXT)
+    code, _, err = run("solve", "pendulum.toml", "swing", "--forces", "--reactions")
+    assert code == 0
+    effort, *_ = pendulum.efforts(np.linspace(0.0, 2.0, 20_001))
+    assert re.search(rf"A, effort +{effort.max():.2f} N m +30 N m +64 %\n", err)
+    assert "beyond its drive: A takes a torque" in err
+    assert "largest force [N]" in err
+    assert "effort" not in run("solve", "pendulum.toml", "swing")[2]

@@ -22,6 +22,7 @@ from parakin.motion.motion import Motion
 from parakin.solving.compiler import compile as compile_mechanism
 from parakin.solving.solver import Solver
 from parakin.views import plots
+from parakin.views.force_text import forces_report
 from parakin.views.text import flag_words, singularities_report, solve_report
 
 _WINDOW = 100_000  # samples
@@ -56,6 +57,8 @@ def solve(options: argparse.Namespace) -> int:
         _draw_pictures(solver, run.picture(), title, options, plotted)
     tell(title, style="bold")
     tell(solve_report(last, extremes, run.seconds))
+    if extremes.forces is not None:
+        tell(forces_report(extremes.forces, solver.graph))
     if options.singularities:
         tell(_singularities(solver, motion, run.picture()))
     if written:

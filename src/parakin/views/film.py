@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from parakin.arrays import FloatArray, IntArray
+from parakin.arrays import ORDERS, FloatArray, IntArray
 from parakin.errors import InputError
 from parakin.files.writing import check_suffix, replacing
 from parakin.solving.results import flag_words
@@ -105,7 +105,7 @@ def images(
     canvas = FigureCanvasAgg(figure)
     grid = figure.add_gridspec(1, 2, width_ratios=(1.1, 1))
     left, right = figure.add_subfigure(grid[0]), figure.add_subfigure(grid[1])
-    draw_histories(right, ds, symbols=symbols)
+    draw_histories(right, ds, symbols=symbols, orders=[order for order in ORDERS if order in ds])
     cursors = [axes.axvline(time[0], color="0.2", linewidth=1.0) for axes in right.axes]
     figure.suptitle(title, fontsize=11, parse_math=False)
 
