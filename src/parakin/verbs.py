@@ -106,7 +106,8 @@ def report(
     reports.check_report(Path(path))
     solver = compile(loaded(mechanism), coordinates="all")
     moved = _motion(solver, motion)
-    result = solver.solve(moved)
+    forces = not solver.no_forces
+    result = solver.solve(moved, forces=forces, reactions=forces)
     solved = reports.Solved(solver, moved, result, extremes(result))
     made = f"parakin.report({solver.mechanism.name!r}, {moved.name!r}, {Path(path).name!r})"
     reports.write(reports.report(solved, made, datetime.now().astimezone()), Path(path))

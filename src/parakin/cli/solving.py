@@ -158,7 +158,9 @@ def report(options: argparse.Namespace) -> int:
     motion = solver.motion(options.motion)
     screen = console(stderr=True, width=WIDE)
     run = Run(motion, pictured=True)
-    for _ in run.watched(solver.stream(motion, _WINDOW, parallel=True), screen):
+    forces = not solver.no_forces
+    windows = solver.stream(motion, _WINDOW, forces=forces, reactions=forces, parallel=True)
+    for _ in run.watched(windows, screen):
         pass
     _, extremes = run.totals()
     solved = reports.Solved(solver, motion, run.picture(), extremes)
