@@ -171,13 +171,17 @@ class Content:
                 found.append(str(unused))
         return found
 
-    def playback(self, loaded: LoadedMechanism, motion: str) -> Playback:
-        """Solve one of the mechanism's motions. Raises InputError."""
+    def playback(
+        self, loaded: LoadedMechanism, motion: str, loads: Mapping[str, float] | None = None
+    ) -> Playback:
+        """Solve one of the mechanism's motions. loads: masses of payloads [kg] instead of the
+        file's. Raises InputError.
+        """
         if loaded.solver is None or motion not in loaded.motions:
             raise InputError(
                 "motion", repr(motion), f"one of {', '.join(loaded.motions) or 'none'}"
             )
-        return playback_of(loaded.solver, motion)
+        return playback_of(loaded.solver, motion, loads)
 
 
 def read_mesh(path: Path) -> Mesh:
