@@ -31,6 +31,7 @@ class Shown(Protocol):
 
 def solver_html(solver: Shown, units: Sequence[str]) -> str:
     """Its mechanism, what is driven and how it is solved. units: of its coordinates."""
+    forced = solver.graph.dynamics.any
     how = "machine code" if solver.machine_code else "NumPy"
     roles = {"driven": solver.driven, "iterated": solver.iterated}
     rows = [
@@ -48,18 +49,21 @@ def solver_html(solver: Shown, units: Sequence[str]) -> str:
             iterated=", ".join(solver.iterated),
             derivatives=str(solver.derivatives),
             runs=f"as {how}",
-            forces=_forces(solver),
+            efforts=f"none: {solver.no_forces}" if forced and solver.no_forces else "",
         )
         + notebook.table(("coordinate", "home", "solved"), rows)
+        + (notebook.table(("body", "mass", "centre of mass, on the body"), _masses(solver.graph)))
+        * forced
     )
 
 
-def _forces(solver: Shown) -> str:
-    """The masses, and why there are no efforts of them; "" without dynamics."""
-    dynamics = solver.graph.dynamics
-    if not dynamics.any:
-        return ""
-    total = sum(mass.mass for mass in dynamics.masses.values())
-    loads = sum(load.mass.mass for load in dynamics.loads)
-    words = f"{total:,.6g} kg" + (f" and payloads of {loads:,.6g} kg" if loads else "")
-    return f"{words}; none: {solver.no_forces}" if solver.no_forces else words
+def _masses(graph: Graph) -> list[tuple[str, ...]]:
+    """Name, mass and its centre of each body that has one, of payloads, and in all."""
+    dynamics = graph.dynamics
+    found = [(graph.bodies[body], mass) for body, mass in sorted(dynamics.masses.items())]
+    found += [(f"{load.name} on {graph.bodies[load.body]}", load.mass) for load in dynamics.loads]
+    rows = [
+        (name, f"{mass.mass:.6g} kg", f"{', '.join(f'{x:z.6g}' for x in mass.com)} m")
+        for name, mass in found
+    ]
+    return [*rows, ("total", f"{sum(mass.mass for _, mass in found):.6g} kg", "")]
