@@ -80,14 +80,18 @@ def plot(
     return figure
 
 
-def film(solver: Solver, motion: Motion | str | Path, path: str | Path) -> None:
-    """Solve a motion and film it, .mp4 or .gif. Raises InputError."""
+def film(
+    solver: Solver, motion: Motion | str | Path, path: str | Path, *, forces: bool = False
+) -> None:
+    """Solve a motion and film it, .mp4 or .gif. forces: with arrows and curves of the actuators'
+    efforts. Raises InputError.
+    """
     from parakin.views import film as films
     from parakin.views.solids.drawing import drawing_of
 
     films.check_film(Path(path))
     motion = _motion(solver, motion)
-    result, mechanism = solver.solve(motion, bodies=True), solver.mechanism
+    result, mechanism = solver.solve(motion, bodies=True, forces=forces), solver.mechanism
     title = f"{mechanism.name}, {motion.name}: {mechanism.title or 'a mechanism'}"
     films.save(drawing_of(solver.graph), result, Path(path), mechanism.symbols, title)
 

@@ -266,3 +266,17 @@ def test_forces_are_summed_up_on_request(run: Parakin) -> None:
     assert "beyond its drive: A takes a torque" in err
     assert "largest force [N]" in err
     assert "effort" not in run("solve", "pendulum.toml", "swing")[2]
+
+
+def test_a_film_leaves_reactions_in_the_result(run: Parakin) -> None:
+    Path("pendulum.toml").write_text(pendulum.TEXT)
+    code, _, _ = run(
+        *("solve", "pendulum.toml", "rest", "--rate", "10", "--reactions"),
+        *("--animate", "rest.gif", "-o", "rest.nc"),
+    )
+    assert code == 0
+    assert Path("rest.gif").stat().st_size > 0
+    with xr.open_dataset("rest.nc") as ds:
+        assert "body_position" not in ds
+        weight = ds["reaction_force"].sel(joint="A").values[0]
+    np.testing.assert_allclose(np.linalg.norm(weight), pendulum.MASS * pendulum.GRAVITY)

@@ -113,7 +113,7 @@ def _windows(solver: Solver, motion: Motion, asked: dict[str, Any]) -> Iterator[
 
 def _write_result(windows: Iterator[xr.Dataset], options: argparse.Namespace) -> None:
     if options.animate is not None and not options.bodies:  # only the film needs them
-        windows = (window.drop_dims(["body", "axis", "quaternion"]) for window in windows)
+        windows = map(_without_bodies, windows)
     if options.output == "-":
         with flushed_stdout():
             datasets.write_csv(windows, sys.stdout)
@@ -122,6 +122,11 @@ def _write_result(windows: Iterator[xr.Dataset], options: argparse.Namespace) ->
     else:
         for _ in windows:
             pass
+
+
+def _without_bodies(window: xr.Dataset) -> xr.Dataset:
+    """The axes are those of reactions too."""
+    return window.drop_dims(["body", "quaternion", *(["axis"] if "joint" not in window else [])])
 
 
 def _draw_pictures(
