@@ -22,7 +22,7 @@ from parakin.motion.motion import Motion
 from parakin.solving.compiler import compile as compile_mechanism
 from parakin.solving.solver import Solver
 from parakin.views import plots
-from parakin.views.force_text import forces_report
+from parakin.views.force_text import forces_report, warnings
 from parakin.views.text import flag_words, singularities_report, solve_report
 
 _WINDOW = 100_000  # samples
@@ -174,5 +174,7 @@ def report(options: argparse.Namespace) -> int:
     flagged = flag_words(extremes)
     if flagged:
         tell(flagged, style="bold red")
+    if extremes.forces is not None:
+        tell(*warnings(extremes.forces, solver.graph), style="bold red")
     say(printable(f"wrote {options.output}"))
     return 1 if flagged else 0
