@@ -280,3 +280,11 @@ def test_a_film_leaves_reactions_in_the_result(run: Parakin) -> None:
         assert "body_position" not in ds
         weight = ds["reaction_force"].sel(joint="A").values[0]
     np.testing.assert_allclose(np.linalg.norm(weight), pendulum.MASS * pendulum.GRAVITY)
+
+
+def test_a_report_says_what_is_beyond_a_drive(run: Parakin) -> None:
+    Path("pendulum.toml").write_text(pendulum.TEXT)
+    code, out, err = run("report", "pendulum.toml", "swing", "-o", "page.html")
+    assert (code, out) == (0, "wrote page.html\n")
+    assert err.startswith("beyond its drive: A takes a torque of ")
+    assert err.count("\n") == 1
