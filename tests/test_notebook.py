@@ -7,6 +7,7 @@ import re
 from html.parser import HTMLParser
 
 import numpy as np
+import pendulum
 import pytest
 
 import parakin
@@ -148,3 +149,46 @@ def test_what_does_not_assemble_shows_no_scheme_and_its_table_all_the_same() -> 
     assert "<img" not in page
     assert "<td>revolute</td>" in page
     assert notebook.picture("nothing", None) == ""
+
+
+def test_masses_and_forces_are_shown_where_there_are_any() -> None:
+    mechanism = pendulum.pendulum().with_payload("0.5 kg at arm")
+    page = shown(mechanism)
+    assert "masses: arm 2.0 kg" in page.text
+    assert "forces: payload (payload)" in page.text
+    solver = parakin.compile(mechanism, machine_code=False)
+    rows = shown(solver).rows
+    assert rows[-3:] == [
+        ["arm", "2 kg", "0.5, 0, 0 m"],
+        ["payload on arm", "0.5 kg", "0, 0, 0 m"],
+        ["total", "2.5 kg", ""],
+    ]
+    turned, speed = 1.0, 2.0
+    heading, row = shown(solver.at([turned], [speed], [0.0], forces=True)).rows[-2:]
+    effort = pendulum.MASS * pendulum.GRAVITY * pendulum.RADIUS * np.cos(turned) + pendulum.COULOMB
+    torque = effort / pendulum.RATIO / pendulum.EFFICIENCY
+    assert heading[:4] == ["actuator", "effort", "power", "motor torque, SI"]
+    assert row == [
+        "A",
+        f"{effort:.6g} N m",
+        f"{effort * speed:.6g} W",
+        f"{torque:.6g}",
+        "100",
+        f"{100 * torque:.6g} W",
+        f"{torque / pendulum.TORQUE_CONSTANT:.6g} A",
+    ]
+    assert shown(solver.at([0.0])).rows[-1][0] == "A"
+    assert "actuator" not in shown(solver.at([0.0])).text
+
+
+def test_why_there_are_no_efforts_is_shown() -> None:
+    known = parakin.load("flight-simulator").with_payload("80 kg at platform")
+    joints = tuple(
+        joint.model_copy(update={"actuated": joint.actuated and joint.name != "A2"})
+        for joint in known.joints
+    )
+    solver = parakin.compile(known.model_copy(update={"joints": joints}), machine_code=False)
+    assert "2 actuated coordinates for 3 freedoms" in solver.no_forces
+    assert f"efforts: none: {solver.no_forces}" in shown(solver).text
+    assert parakin.compile(known, machine_code=False).no_forces == ""
+    assert "efforts" not in shown(parakin.compile("four-bar", machine_code=False)).text

@@ -63,7 +63,8 @@ def plot(
     symbols: Mapping[str, str] | None = None,
     title: str = "",
 ) -> Figure:
-    """Position, velocity, acceleration and, if the result has it, jerk over time.
+    """Position, velocity, acceleration and, if the result has them, jerk, effort and power over
+    time.
 
     path: .png, .svg or .pdf, if it is to be written. coordinates: by default the actuated ones,
     or all if there are none. symbols: by coordinate, in mathtext, such as a mechanism's `symbols`.
@@ -79,14 +80,18 @@ def plot(
     return figure
 
 
-def film(solver: Solver, motion: Motion | str | Path, path: str | Path) -> None:
-    """Solve a motion and film it, .mp4 or .gif. Raises InputError."""
+def film(
+    solver: Solver, motion: Motion | str | Path, path: str | Path, *, forces: bool = False
+) -> None:
+    """Solve a motion and film it, .mp4 or .gif. forces: with arrows and curves of the actuators'
+    efforts. Raises InputError.
+    """
     from parakin.views import film as films
     from parakin.views.solids.drawing import drawing_of
 
     films.check_film(Path(path))
     motion = _motion(solver, motion)
-    result, mechanism = solver.solve(motion, bodies=True), solver.mechanism
+    result, mechanism = solver.solve(motion, bodies=True, forces=forces), solver.mechanism
     title = f"{mechanism.name}, {motion.name}: {mechanism.title or 'a mechanism'}"
     films.save(drawing_of(solver.graph), result, Path(path), mechanism.symbols, title)
 
@@ -105,7 +110,8 @@ def report(
     reports.check_report(Path(path))
     solver = compile(loaded(mechanism), coordinates="all")
     moved = _motion(solver, motion)
-    result = solver.solve(moved)
+    forces = not solver.no_forces
+    result = solver.solve(moved, forces=forces, reactions=forces)
     solved = reports.Solved(solver, moved, result, extremes(result))
     made = f"parakin.report({solver.mechanism.name!r}, {moved.name!r}, {Path(path).name!r})"
     reports.write(reports.report(solved, made, datetime.now().astimezone()), Path(path))

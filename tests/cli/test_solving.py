@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pendulum
 import pytest
 import xarray as xr
 from linkage import ARM
@@ -254,3 +255,36 @@ def test_a_motion_with_nothing_solved_says_so(run: Parakin, general: xr.Dataset)
 def test_figures_are_known_by_the_suffixes_told() -> None:
     assert plots.SUFFIXES == (".png", ".svg", ".pdf")
     assert datasets.SUFFIXES == (".csv", ".nc", ".parquet")
+
+
+def test_forces_are_summed_up_on_request(run: Parakin) -> None:
+    Path("pendulum.toml").write_text(pendulum.TEXT)
+    code, _, err = run("solve", "pendulum.toml", "swing", "--forces", "--reactions")
+    assert code == 0
+    effort, *_ = pendulum.efforts(np.linspace(0.0, 2.0, 20_001))
+    assert re.search(rf"A, effort +{effort.max():.2f} N m +30 N m +64 %\n", err)
+    assert "beyond its drive: A takes a torque" in err
+    assert "largest force [N]" in err
+    assert "effort" not in run("solve", "pendulum.toml", "swing")[2]
+
+
+def test_a_film_leaves_reactions_in_the_result(run: Parakin) -> None:
+    Path("pendulum.toml").write_text(pendulum.TEXT)
+    code, _, _ = run(
+        *("solve", "pendulum.toml", "rest", "--rate", "10", "--reactions"),
+        *("--animate", "rest.gif", "-o", "rest.nc"),
+    )
+    assert code == 0
+    assert Path("rest.gif").stat().st_size > 0
+    with xr.open_dataset("rest.nc") as ds:
+        assert "body_position" not in ds
+        weight = ds["reaction_force"].sel(joint="A").values[0]
+    np.testing.assert_allclose(np.linalg.norm(weight), pendulum.MASS * pendulum.GRAVITY)
+
+
+def test_a_report_says_what_is_beyond_a_drive(run: Parakin) -> None:
+    Path("pendulum.toml").write_text(pendulum.TEXT)
+    code, out, err = run("report", "pendulum.toml", "swing", "-o", "page.html")
+    assert (code, out) == (0, "wrote page.html\n")
+    assert err.startswith("beyond its drive: A takes a torque of ")
+    assert err.count("\n") == 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pendulum
 import pytest
 import xarray as xr
 from matplotlib.axes import Axes
@@ -84,3 +85,40 @@ def test_symbols_that_do_not_parse_are_refused(result: xr.Dataset, tmp_path: Pat
     with pytest.raises(parakin.InputError, match="symbols in mathtext"):
         plots.save(figure, tmp_path / "a.svg")
     assert not list(tmp_path.iterdir())
+
+
+def test_effort_and_power_of_actuators_where_the_result_has_them() -> None:
+    swing = parakin.compile(pendulum.pendulum(), machine_code=False).solve("swing", forces=True)
+    figure = plots.histories(swing)
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert labels[3:] == ["effort [N m]", "power [W]"]
+    for axes, values in zip(figure.axes[3:], pendulum.efforts(swing["time"].values), strict=False):
+        at_speed = np.abs(swing["velocity"].values[:, 0]) > 0.1  # friction is not in doubt
+        np.testing.assert_allclose(curve(axes, "A")[1][at_speed], values[at_speed], rtol=1e-9)
+    assert len(plots.histories(swing, orders=["position"]).axes) == 1
+
+
+def test_the_band_of_friction_at_rest_is_shaded() -> None:
+    rest = parakin.compile(pendulum.pendulum(), machine_code=False).solve("rest", forces=True)
+    effort = plots.histories(rest).axes[3]
+    (band,) = effort.collections
+    weight = pendulum.MASS * pendulum.GRAVITY * pendulum.RADIUS
+    heights = np.asarray(band.get_paths()[0].vertices)[:, 1]
+    assert (heights.min(), heights.max()) == pytest.approx(
+        (weight - pendulum.COULOMB, weight + pendulum.COULOMB)
+    )
+
+
+def test_columns_without_actuators_have_no_forces() -> None:
+    mechanism = parakin.load("slider-crank")
+    heavy = [body.model_copy(update={"mass": "1 kg"}) for body in mechanism.bodies]
+    solver = parakin.compile(
+        mechanism.model_copy(update={"bodies": tuple(heavy)}),
+        coordinates="all",
+        machine_code=False,
+    )
+    result = solver.solve(next(iter(mechanism.motions)), forces=True)
+    passive = result["coordinate"].values[~result["actuated"].values].tolist()
+    figure = plots.histories(result, passive)
+    assert not any("effort" in axes.get_ylabel() for axes in figure.axes)
+    assert any("effort" in axes.get_ylabel() for axes in plots.histories(result).axes)

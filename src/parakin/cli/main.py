@@ -101,6 +101,7 @@ def _view(options: argparse.Namespace) -> int:
         options.loops,
         tuple(options.motions),
         tuple(options.mesh),
+        tuple(options.payload),
     )
     served = False
     try:

@@ -22,6 +22,7 @@ from parakin.motion.motion import Motion
 from parakin.solving.compiler import compile as compile_mechanism
 from parakin.solving.solver import Solver
 from parakin.views import plots
+from parakin.views.force_text import forces_report, warnings
 from parakin.views.text import flag_words, singularities_report, solve_report
 
 _WINDOW = 100_000  # samples
@@ -56,6 +57,8 @@ def solve(options: argparse.Namespace) -> int:
         _draw_pictures(solver, run.picture(), title, options, plotted)
     tell(title, style="bold")
     tell(solve_report(last, extremes, run.seconds))
+    if extremes.forces is not None:
+        tell(forces_report(extremes.forces, solver.graph))
     if options.singularities:
         tell(_singularities(solver, motion, run.picture()))
     if written:
@@ -110,7 +113,7 @@ def _windows(solver: Solver, motion: Motion, asked: dict[str, Any]) -> Iterator[
 
 def _write_result(windows: Iterator[xr.Dataset], options: argparse.Namespace) -> None:
     if options.animate is not None and not options.bodies:  # only the film needs them
-        windows = (window.drop_dims(["body", "axis", "quaternion"]) for window in windows)
+        windows = map(_without_bodies, windows)
     if options.output == "-":
         with flushed_stdout():
             datasets.write_csv(windows, sys.stdout)
@@ -119,6 +122,11 @@ def _write_result(windows: Iterator[xr.Dataset], options: argparse.Namespace) ->
     else:
         for _ in windows:
             pass
+
+
+def _without_bodies(window: xr.Dataset) -> xr.Dataset:
+    """The axes are those of reactions too."""
+    return window.drop_dims(["body", "quaternion", *(["axis"] if "joint" not in window else [])])
 
 
 def _draw_pictures(
@@ -155,7 +163,9 @@ def report(options: argparse.Namespace) -> int:
     motion = solver.motion(options.motion)
     screen = console(stderr=True, width=WIDE)
     run = Run(motion, pictured=True)
-    for _ in run.watched(solver.stream(motion, _WINDOW, parallel=True), screen):
+    forces = not solver.no_forces
+    windows = solver.stream(motion, _WINDOW, forces=forces, reactions=forces, parallel=True)
+    for _ in run.watched(windows, screen):
         pass
     _, extremes = run.totals()
     solved = reports.Solved(solver, motion, run.picture(), extremes)
@@ -164,5 +174,7 @@ def report(options: argparse.Namespace) -> int:
     flagged = flag_words(extremes)
     if flagged:
         tell(flagged, style="bold red")
+    if extremes.forces is not None:
+        tell(*warnings(extremes.forces, solver.graph), style="bold red")
     say(printable(f"wrote {options.output}"))
     return 1 if flagged else 0

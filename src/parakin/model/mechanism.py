@@ -161,6 +161,8 @@ class Mechanism(Table):
                 bodies=", ".join((f"{self.base} (fixed)", *bodies)),
                 platform=self.platform.body if self.platform is not None else "",
                 driven=", ".join(self.driven),
+                masses=", ".join(filter(None, map(_weighed, self.bodies))),
+                forces=", ".join(f"{name} ({force.kind})" for name, force in self.forces.items()),
                 parameters=", ".join(f"{key} = {value}" for key, value in self.parameters.items()),
                 motions=", ".join(self.motions),
             )
@@ -196,6 +198,17 @@ class Mechanism(Table):
             if name not in self.forces
         )
         return self.model_copy(update={"forces": {**self.forces, name: load}})
+
+
+def _weighed(body: Body) -> str:
+    """A body and its mass as the file gives it, "" if it gives none."""
+    if body.mass is not None:
+        text = f"{body.mass:g} kg" if isinstance(body.mass, (int, float)) else body.mass
+        return f"{body.name} {text}"
+    if body.solid:
+        return f"{body.name} as its solids"
+    dense = body.mesh is not None and body.mesh.density is not None
+    return f"{body.name} as its mesh" if dense else ""
 
 
 def _moved_by(joint: Joint) -> str:

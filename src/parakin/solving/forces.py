@@ -178,6 +178,15 @@ class Mechanics:
         """The conditioning of the actuators at home."""
         return conditioning_at_home(self.plan, self.actuated)
 
+    @cached_property
+    def refusal(self) -> str:
+        """Why there are no forces of a mechanism as it is; "" if there are."""
+        try:
+            self._check(None)
+        except InputError as error:
+            return str(error)
+        return ""
+
     def asked(
         self,
         *,

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parakin import notebook
 from parakin.arrays import FloatArray, StatusArray
 from parakin.errors import InputError
 from parakin.files.reading import load_motion
@@ -36,6 +35,7 @@ from parakin.solving.status import (
     RESIDUAL,
     SINGULAR,
 )
+from parakin.solving.tables import solver_html
 from parakin.solving.tick import Tick
 from parakin.solving.windows import Windows
 
@@ -191,26 +191,12 @@ class Solver:
         return self._answers.judged(out, inputs, start, walked, within, plain=plain)
 
     def _repr_html_(self) -> str:
-        how = "machine code" if self.machine_code else "NumPy"
-        roles = {"driven": self.driven, "iterated": self.iterated}
-        rows = [
-            (
-                name,
-                f"{self.home.get(name, np.nan):z.6g} {unit}",
-                next((role for role, names in roles.items() if name in names), "closed form"),
-            )
-            for name, unit in zip(self.coordinates, self._labels.units, strict=True)
-        ]
-        return (
-            notebook.heading(self.mechanism.name, self.mechanism.title)
-            + notebook.lines(
-                driven=", ".join(self.driven),
-                iterated=", ".join(self.iterated),
-                derivatives=str(self.derivatives),
-                runs=f"as {how}",
-            )
-            + notebook.table(("coordinate", "home", "solved"), rows)
-        )
+        return solver_html(self, self._labels.units)
+
+    @property
+    def no_forces(self) -> str:
+        """Why `solve` can give no forces, unless more is asked for; "" if it can."""
+        return self._chart.mechanics.refusal
 
     def configuration(self, y: FloatArray, tick: Tick) -> Configuration:
         """All joints and bodies in numbers, given driven values `y`, (k,), and what `at` returned

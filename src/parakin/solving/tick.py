@@ -96,6 +96,27 @@ class Tick(NamedTuple):
             quality = f"residual {self.residual:.1e} m, conditioning {self.conditioning:.3f}"
         because = self.stops.words(int(self.stopped_by), float(self.excess))
         quality = "; ".join(text for text in (because, quality) if text)
-        return notebook.heading(Status(int(self.status)).words, quality) + notebook.table(
-            ("coordinate", *(name for name, _ in known)), rows
+        return (
+            notebook.heading(Status(int(self.status)).words, quality)
+            + notebook.table(("coordinate", *(name for name, _ in known)), rows)
+            + self._forces_html()
         )
+
+    def _forces_html(self) -> str:
+        """A table of the actuators, if forces were asked for."""
+        forces = self.forces
+        if forces is None:
+            return ""
+        shown = ["effort", "power"]
+        columns = [(forces.effort, ""), (forces.power, "W")]
+        if forces.drives:
+            shown += ["motor torque, SI", "motor speed, SI", "motor power", "motor current"]
+            columns += [(forces.motor_torque, ""), (forces.motor_speed, "")]
+            columns += [(forces.motor_power, "W"), (forces.current, "A")]
+        rows = []
+        for k, (name, unit) in enumerate(zip(forces.actuators, forces.units, strict=True)):
+            numbers = [(float(values[k]), of) for values, of in columns]
+            numbers[0] = numbers[0][0], unit
+            cells = (f"{x:z.6g} {of}".strip() if np.isfinite(x) else "" for x, of in numbers)
+            rows.append((name, *cells))
+        return notebook.table(("actuator", *shown), rows)

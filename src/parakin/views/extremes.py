@@ -11,6 +11,8 @@ import numpy as np
 from parakin.arrays import ORDERS, FloatArray, IntArray
 from parakin.solving.results import flag_words
 from parakin.solving.status import Status
+from parakin.views.force_extremes import ForceExtremes, force_extremes
+from parakin.views.ranges import Range
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,7 +33,7 @@ class Extremes:
     each coordinate (orders, n) [SI], with their times [s]; NaN if nothing is solved.
 
     `counts`: samples by status; `first_flag`: the first flagged sample; `met`: all
-    limits and loops that stopped it, and when first, in words.
+    limits and loops that stopped it, and when first, in words; `forces`, if the result has them.
     """
 
     coordinates: Sequence[str]
@@ -45,6 +47,7 @@ class Extremes:
     samples: int = 0
     first_flag: Flag | None = None
     met: str = ""
+    forces: ForceExtremes | None = None
 
     def peak(self, order: int, k: int) -> tuple[float, float]:
         """The largest magnitude of a derivative of coordinate k, and its time."""
@@ -63,17 +66,9 @@ def extremes(ds: xr.Dataset, before: Extremes | None = None) -> Extremes:
     found = before or Extremes(names, low, high, low_time, high_time, counts)
     time, status = ds["time"].values, ds["status"].values
     for k, order in enumerate(orders):
-        values = ds[order].values
-        for best, times, sign in (
-            (found.low[k], found.low_time[k], 1.0),
-            (found.high[k], found.high_time[k], -1.0),
-        ):
-            signed = np.where(np.isnan(values), np.inf, sign * values)
-            i = signed.argmin(axis=0)
-            here = signed.min(axis=0)
-            better = np.isfinite(here) & ~(here >= sign * best)
-            best[better] = sign * here[better]
-            times[better] = time[i[better]]
+        ranges = Range(found.low[k], found.high[k], found.low_time[k], found.high_time[k])
+        ranges.widen(time, ds[order].values)
+    found.forces = force_extremes(ds, found.forces)
     found.residual = float(np.fmax(found.residual, np.fmax.reduce(ds["residual"].values)))
     found.conditioning = float(
         np.fmin(found.conditioning, np.fmin.reduce(ds["conditioning"].values))

@@ -12,16 +12,18 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from parakin.arrays import FloatArray, IntArray
+from parakin.arrays import ORDERS, FloatArray, IntArray
 from parakin.errors import InputError
 from parakin.files.writing import check_suffix, replacing
 from parakin.solving.results import flag_words
+from parakin.views.film_arrows import FilmArrows
 from parakin.views.plots import draw_histories
 from parakin.views.solids.drawing import Drawing
 from parakin.views.solids.painting import Painter
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
 
 Image = NDArray[np.uint8]
 
@@ -105,24 +107,22 @@ def images(
     canvas = FigureCanvasAgg(figure)
     grid = figure.add_gridspec(1, 2, width_ratios=(1.1, 1))
     left, right = figure.add_subfigure(grid[0]), figure.add_subfigure(grid[1])
-    draw_histories(right, ds, symbols=symbols)
+    quantities = [name for name in (*ORDERS, "effort") if name in ds]
+    draw_histories(right, ds, symbols=symbols, orders=quantities)
     cursors = [axes.axvline(time[0], color="0.2", linewidth=1.0) for axes in right.axes]
     figure.suptitle(title, fontsize=11, parse_math=False)
 
     painter, axes = Painter.of(drawing), left.subplots()
     painted = painter.paint(axes, R[0], p[0])
     some = np.unique(np.linspace(0, len(R) - 1, _FITTED).round().astype(int))
-    window = painter.window(R[some], p[some])
     way = painter.seen(_traced(drawing, R, p))
-    (left_edge, right_edge), (bottom, top) = (
-        (np.nanmin([low, *along]), np.nanmax([high, *along]))
-        for low, high, along in zip(window[::2], window[1::2], way.T, strict=True)
-    )
-    axes.set(xlim=(left_edge, right_edge), ylim=(bottom, top))
+    efforts = FilmArrows(drawing, painter, axes, ds)
+    inside = np.concatenate([way, efforts.reach(R[some], p[some], shown.samples[some])])
+    _frame(axes, painter.window(R[some], p[some]), inside)
     (trace,) = axes.plot([], [], color="#D55E00", linewidth=1.2, zorder=3)
     clock = axes.text(0.01, 0.01, "", transform=axes.transAxes, fontsize=10, zorder=4)
     flag = axes.text(0.01, 0.97, "", transform=axes.transAxes, fontsize=10, color="#B00000")
-    moving = [painted, trace, clock, flag, *cursors]
+    moving = [painted, trace, clock, flag, *cursors, *efforts.artists]
     for artist in moving:
         artist.set_animated(True)
     # What does not move is drawn once.
@@ -135,6 +135,7 @@ def images(
         painted.set_verts(polygons)  # type: ignore[arg-type]  # arrays are ten times faster
         painted.set(facecolors=colours, edgecolors=colours)
         trace.set_data(way[: k + 1, 0], way[: k + 1, 1])
+        efforts.show(R[k], p[k], int(shown.samples[k]))
         clock.set_text(f"t = {time[k]:.2f} s{faster}")
         last = bool(shown.ended) and shown.samples[k] == shown.samples[-1]
         flag.set_text(shown.ended if last else flag_words(ds, int(shown.samples[k])))
@@ -144,6 +145,15 @@ def images(
             artist.draw(canvas.get_renderer())  # type: ignore[no-untyped-call]
         seen = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
         yield seen[:, :, :3].copy()
+
+
+def _frame(axes: Axes, window: FloatArray, inside: FloatArray) -> None:
+    """Make axes show a window: left, right, bottom and top, and points (n, 2)."""
+    (left, right), (bottom, top) = (
+        (np.nanmin([low, *along]), np.nanmax([high, *along]))
+        for low, high, along in zip(window[::2], window[1::2], inside.T, strict=True)
+    )
+    axes.set(xlim=(left, right), ylim=(bottom, top))
 
 
 def _traced(drawing: Drawing, R: FloatArray, p: FloatArray) -> FloatArray:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
 
+FORCES = ("effort", "power")
 SUFFIXES = (".png", ".svg", ".pdf")
 _DASHES = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)))
 # Okabe and Ito's colours, safe for colour-blind readers; dashes distinguish them in grey.
@@ -39,7 +40,8 @@ def histories(
     orders: Sequence[str] | None = None,
     title: str = "",
 ) -> Figure:
-    """Position, velocity, acceleration and, if the result has it, jerk over time.
+    """Position, velocity, acceleration and, if the result has them, jerk, effort and power over
+    time, effort with the band in which friction at rest may change it.
 
     coordinates: by default the actuated ones, or all if there are none. orders: some of these
     quantities. symbols: by coordinate, as mathtext without the dollar signs. Lengths [m] and
@@ -49,10 +51,10 @@ def histories(
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    orders = orders or [order for order in ORDERS if order in ds]
     names = list(coordinates) if coordinates is not None else _default(ds)
     check_coordinates(names, ds["coordinate"].values.tolist())
     columns = _columns(ds, names)
+    orders = orders or _quantities(ds, names)
     style: dict[Any, Any] = {
         "font.size": 9,
         "svg.fonttype": "none",
@@ -77,8 +79,8 @@ def draw_histories(
     orders: Sequence[str] | None = None,
 ) -> None:
     """Draw the same into a figure, or a part of one."""
-    orders = orders or [order for order in ORDERS if order in ds]
-    columns = _columns(ds, list(coordinates) if coordinates is not None else _default(ds))
+    names = list(coordinates) if coordinates is not None else _default(ds)
+    orders, columns = orders or _quantities(ds, names), _columns(ds, names)
     grid = figure.subplots(len(orders), len(columns), sharex=True, squeeze=False)
     for column, (unit, group) in zip(grid.T, columns, strict=True):
         for axes, order in zip(column, orders, strict=True):
@@ -113,33 +115,81 @@ def _default(ds: xr.Dataset) -> list[str]:
     return list(actuated or names.tolist())
 
 
+def _quantities(ds: xr.Dataset, names: Sequence[str]) -> list[str]:
+    """What of a result there is to draw: forces only where actuators are among the names."""
+    orders = [order for order in ORDERS if order in ds]
+    return orders + (list(FORCES) if _actuators(ds, names) else [])
+
+
+def _actuators(ds: xr.Dataset, names: Sequence[str]) -> list[str]:
+    """Those of the names that have efforts."""
+    known = ds["actuator"].values.tolist() if "effort" in ds else []
+    return [name for name in names if name in known]
+
+
 def _draw(
     axes: Axes,
     ds: xr.Dataset,
     names: Sequence[str],
-    order: str,
+    quantity: str,
     unit: str,
     symbols: Mapping[str, str],
 ) -> None:
-    time, values = ds["time"].values, ds[order].sel(coordinate=list(names)).values
-    values = np.degrees(values) if unit == "rad" else values
-    for k, name in enumerate(names):
-        rows = thinned(values[None, :, k], _BUCKETS)
+    time = ds["time"].values
+    if quantity in FORCES:
+        shown = _actuators(ds, names)
+        of_all = ds.sel(actuator=shown)
+        if not shown:
+            axes.set_axis_off()
+            return
+        if quantity == "effort":
+            _draw_bands(axes, of_all, [names.index(name) for name in shown])
+    else:
+        shown = list(names)
+        of_all = ds.sel(coordinate=shown)
+    values = of_all[quantity].values
+    values = np.degrees(values) if unit == "rad" and quantity in ORDERS else values
+    for name, curve in zip(shown, values.T, strict=True):
+        k = names.index(name)
+        rows = thinned(curve[None], _BUCKETS)
         axes.plot(
             time[rows],
-            values[rows, k],
+            curve[rows],
             color=_COLOURS[k % len(_COLOURS)],
             linestyle=_DASHES[k // len(_COLOURS) + k % 3 if k < 3 else k % len(_DASHES)],
             linewidth=1.2,
             label=f"${symbols[name]}$" if name in symbols else name,
         )
-    shown = DEGREES.name if unit == "rad" else "m"
-    axes.set_ylabel(f"{order} [{shown}{PER_TIME[ORDERS.index(order)]}]")
+    axes.set_ylabel(f"{quantity} [{_unit(quantity, unit)}]")
     axes.grid(visible=True, linewidth=0.3, color="0.8")
     axes.margins(x=0)
     axes.axhline(0.0, color="0.5", linewidth=0.5, zorder=0)
     for span in flagged_spans(ds):
         axes.axvspan(*span, color="#D55E00", alpha=0.12, linewidth=0)
+
+
+def _draw_bands(axes: Axes, ds: xr.Dataset, colours: Sequence[int]) -> None:
+    """Where efforts may be while friction holds an actuator at rest."""
+    time, effort, band = (ds[name].values for name in ("time", "effort", "effort_band"))
+    for k, colour in enumerate(colours):
+        if np.nanmax(band[:, k], initial=0.0) > 0.0:
+            low, high = effort[:, k] - band[:, k], effort[:, k] + band[:, k]
+            rows = thinned(np.array([low, high]), _BUCKETS)
+            axes.fill_between(
+                *(time[rows], low[rows], high[rows]),
+                color=_COLOURS[colour % len(_COLOURS)],
+                alpha=0.25,
+                linewidth=0.6,
+            )
+
+
+def _unit(quantity: str, unit: str) -> str:
+    """A quantity's, of coordinates in metres or radians."""
+    if quantity == "power":
+        return "W"
+    if quantity == "effort":
+        return "N" if unit == "m" else "N m"
+    return f"{DEGREES.name if unit == 'rad' else 'm'}{PER_TIME[ORDERS.index(quantity)]}"
 
 
 def save(figure: Figure, path: Path) -> None:

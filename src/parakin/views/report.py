@@ -5,7 +5,7 @@ Text from a mechanism's file is escaped, titles and names included. Figures are 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from html import escape
@@ -27,12 +27,15 @@ from parakin.solving.solver import Solver
 from parakin.solving.stops import keeps
 from parakin.version import __version__
 from parakin.views.extremes import Extremes
+from parakin.views.force_text import warnings
 from parakin.views.report_curves import (
     coordinate_curves,
     driven_curves,
     inline_svg,
     quality_curves,
 )
+from parakin.views.report_forces import forces_parts
+from parakin.views.report_parts import at, drawn, lines, section, table
 from parakin.views.scheme.dimensioning import parameters
 from parakin.views.scheme.scheme import scheme
 from parakin.views.text import flag_words, mobility_lines, singularity_lines
@@ -40,18 +43,15 @@ from parakin.views.units import Unit, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
-    from rich.text import Text
 
     from parakin.motion.motion import Motion
 
 SUFFIXES = (".html", ".htm")
-_TONES = {"bold red": "bad", "bold yellow": "warn"}
 _NO_LIMITS = '<p class="soft">The mechanism\'s file gives no limits for these.</p>'
 _CONES = (
     '<p class="soft">A cone angle is how far a spherical or universal joint is bent: see '
     "the notes on mechanism files.</p>"
 )
-_MANY = 12  # rows: longer tables may break between pages
 
 
 @dataclass(frozen=True)
@@ -84,14 +84,15 @@ def report(solved: Solved, command: str, made: datetime) -> str:
     template = Template((resources.files("parakin.views") / "page.html").read_text("utf-8"))
     closeness, reason = _closeness(solved)
     body = [
-        _section("Scheme", _scheme(solved.solver), _notes(mechanism.notes)),
-        _section("Dimensions", _dimensions(solved.solver)),
-        _section("Mobility", _mobility(solved.solver)),
-        _section("Motion", _motion(solved)),
-        _section("Actuated coordinates", *_actuated(solved)),
-        _section("Platform and passive joints", _passive(solved)),
-        *(_section("Limits on rates", table) for table in [_rates(solved)] if table),
-        _section("Conditioning and residuals", *_quality(solved, closeness, reason)),
+        section("Scheme", _scheme(solved.solver), _notes(mechanism.notes)),
+        section("Dimensions", _dimensions(solved.solver)),
+        section("Mobility", _mobility(solved.solver)),
+        section("Motion", _motion(solved)),
+        section("Actuated coordinates", *_actuated(solved)),
+        section("Platform and passive joints", _passive(solved)),
+        *(section("Limits on rates", rates) for rates in [_rates(solved)] if rates),
+        *(section("Forces", *forces) for forces in [_forces(solved)] if forces),
+        section("Conditioning and residuals", *_quality(solved, closeness, reason)),
     ]
     return template.substitute(
         version=escape(__version__),
@@ -99,42 +100,10 @@ def report(solved: Solved, command: str, made: datetime) -> str:
         motion=escape(solved.motion.name),
         title=escape(mechanism.title or mechanism.name),
         source=escape(mechanism.source),
-        verdict=_verdict(solved),
+        verdict=_verdict(solved) + _overload(solved),
         body="\n".join(body),
         origin=_origin(solved, command, made),
     )
-
-
-def _section(heading: str, *parts: str) -> str:
-    return f"<section>\n<h2>{escape(heading)}</h2>\n" + "\n".join(parts) + "\n</section>"
-
-
-def _figure(svg: str, caption: str) -> str:
-    return f"<figure>{svg}<figcaption>{escape(caption)}</figcaption></figure>"
-
-
-def _table(headings: Sequence[str], rows: Sequence[Sequence[str]], kind: str = "") -> str:
-    """A table of cells of HTML; empty columns are left out."""
-    full = [k for k in range(len(headings)) if any(row[k] for row in rows)]
-    headings, rows = [headings[k] for k in full], [[row[k] for k in full] for row in rows]
-    lines = [f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows]
-    head = "".join(f"<th>{escape(heading)}</th>" for heading in headings)
-    short = f' class="{kind}{" short" if len(lines) <= _MANY else ""}"'
-    return (
-        f'<div class="scroll"><table{short}><thead><tr>{head}</tr></thead>\n<tbody>\n'
-        + "\n".join(lines)
-        + "\n</tbody></table></div>"
-    )
-
-
-def _lines(lines: Iterable[Text]) -> str:
-    """Lines for a terminal as a list, in similar colours."""
-    items = []
-    for line in lines:
-        tone = _TONES.get(str(line.style), "")
-        mark = f' class="{tone}"' if tone else ""
-        items.append(f"<li{mark}>{escape(line.plain.strip())}</li>")
-    return f"<ul>\n{''.join(items)}\n</ul>"
 
 
 # ---- top and bottom
@@ -157,6 +126,18 @@ def _verdict(solved: Solved) -> str:
     )
 
 
+def _overload(solved: Solved) -> str:
+    """What is wrong with the forces; "" if nothing is."""
+    forces = solved.extremes.forces
+    words = [] if forces is None else list(warnings(forces, solved.solver.graph))
+    said = "".join(f"<p>{escape(each)}</p>" for each in words)
+    return f'<div class="verdict bad" role="alert">{said}</div>' if said else ""
+
+
+def _forces(solved: Solved) -> list[str]:
+    return forces_parts(solved.solver, solved.picture, solved.extremes.forces)
+
+
 def _origin(solved: Solved, command: str, made: datetime) -> str:
     mechanism = solved.solver.mechanism
     how = "machine code" if solved.solver.machine_code else "NumPy"
@@ -177,7 +158,7 @@ def _origin(solved: Solved, command: str, made: datetime) -> str:
 def _scheme(solver: Solver) -> str:
     figure = scheme(solver.graph, table=False)
     label = "Kinematic scheme"
-    return _figure(inline_svg(figure, "scheme", label), f"{label} at home; orange: actuated.")
+    return drawn(inline_svg(figure, "scheme", label), f"{label} at home; orange: actuated.")
 
 
 def _notes(notes: str) -> str:
@@ -194,13 +175,13 @@ def _dimensions(solver: Solver) -> str:
         (*row, *(rows[half + k] if half + k < len(rows) else ("", "", "")))
         for k, row in enumerate(rows[:half])
     ]
-    return _table(("name", "value", "as given") * 2, pairs, "paired")
+    return table(("name", "value", "as given") * 2, pairs, "paired")
 
 
 def _mobility(solver: Solver) -> str:
     graph = solver.graph
     found = mobility(graph, assembled(graph), len(graph.mechanism.driven))
-    return _lines(mobility_lines(graph, found)[1:])  # the section has the heading
+    return lines(mobility_lines(graph, found)[1:])  # the section has the heading
 
 
 # ---- the motion
@@ -217,7 +198,7 @@ def _motion(solved: Solved) -> str:
         f"<p><strong>{escape(said)}</strong></p>\n"
         f"<p>{last - first:.6g} s, {found.samples:,} samples; driven: {escape(driven)}; velocity "
         f"and acceleration: {escape(motion.derivatives)}.</p>\n"
-        + _figure(
+        + drawn(
             inline_svg(driven_curves(motion, angles), "driven", "Driven coordinates over time"),
             "The prescribed motion of the driven coordinates.",
         )
@@ -240,12 +221,12 @@ def _actuated(solved: Solved) -> list[str]:
         )
     headings = ("coordinate", "least", "greatest", "stroke", "peak speed", "peak acceleration")
     rows = [(*_travel(solved, n), *_peak_cells(solved, n), *_margin(solved, n)) for n in names]
-    parts.append(_table((*headings, "limits", "margin", "kept"), rows) + _unlimited(rows))
+    parts.append(table((*headings, "limits", "margin", "kept"), rows) + _unlimited(rows))
     for k, name in enumerate(names):
         limits = solved.solver.graph.limits(name)
         figure = coordinate_curves(picture, name, solved.extremes, limits)
         svg = inline_svg(figure, f"curve{k}", f"{escape(name)} over time")
-        parts.append(_figure(svg, name))
+        parts.append(drawn(svg, name))
     return parts
 
 
@@ -257,7 +238,7 @@ def _passive(solved: Solved) -> str:
     rows = [(*_travel(solved, n), *_margin(solved, n)) for n in names]
     headings = ("coordinate", "least", "greatest", "stroke", "limits", "margin", "kept")
     cones = any(name.endswith(".cone") for name in names)
-    return _table(headings, rows) + _unlimited(rows) + _CONES * cones
+    return table(headings, rows) + _unlimited(rows) + _CONES * cones
 
 
 def _rates(solved: Solved) -> str:
@@ -271,7 +252,7 @@ def _rates(solved: Solved) -> str:
             cells = [unit.typeset(float(end), per=per) if np.isfinite(end) else "" for end in ends]
             margin = _margin(solved, limit.coordinate, limit.order)
             rows.append((escape(limit.name), *cells, *margin))
-    return _table(("rate", "least", "greatest", "limits", "margin", "kept"), rows) if rows else ""
+    return table(("rate", "least", "greatest", "limits", "margin", "kept"), rows) if rows else ""
 
 
 def _unlimited(rows: Sequence[Sequence[str]]) -> str:
@@ -287,8 +268,8 @@ def _travel(solved: Solved, name: str) -> tuple[str, str, str, str]:
         return escape(name), "nothing solved", "", ""
     return (
         escape(name),
-        _at(unit.typeset(low), float(found.low_time[0, k])),
-        _at(unit.typeset(high), float(found.high_time[0, k])),
+        at(unit.typeset(low), float(found.low_time[0, k])),
+        at(unit.typeset(high), float(found.high_time[0, k])),
         unit.typeset(high - low),
     )
 
@@ -300,12 +281,8 @@ def _peak_cells(solved: Solved, name: str) -> tuple[str, str]:
     for order in (1, 2):
         value, time = found.peak(order, k)
         text = unit.typeset(value, per=PER_TIME[order])
-        cells.append(_at(text, time) if np.isfinite(value) else "")
+        cells.append(at(text, time) if np.isfinite(value) else "")
     return cells[0], cells[1]
-
-
-def _at(value: str, time: float) -> str:
-    return f"{value}<small>at {time:.4g} s</small>"
 
 
 def _margin(solved: Solved, name: str, order: int = 0) -> tuple[str, str, str]:
@@ -345,7 +322,7 @@ def _closeness(solved: Solved) -> tuple[Closeness | None, str]:
 def _quality(solved: Solved, closeness: Closeness | None, reason: str) -> list[str]:
     figure = quality_curves(solved.picture, closeness)
     label = "Conditioning, closeness to singularities and residual over time"
-    parts = [_figure(inline_svg(figure, "quality", label), f"{label}.")]
+    parts = [drawn(inline_svg(figure, "quality", label), f"{label}.")]
     parts.append(
         f"<p>Worst residual {solved.extremes.residual:.1e} m, least conditioning "
         f"{solved.extremes.conditioning:.3f}.</p>"
@@ -353,7 +330,7 @@ def _quality(solved: Solved, closeness: Closeness | None, reason: str) -> list[s
     if closeness is None:
         parts.append(f'<p class="soft">{escape(reason)}</p>')
     else:
-        parts.append(_lines(singularity_lines(closeness)))
+        parts.append(lines(singularity_lines(closeness)))
     if solved.picture.sizes["time"] < solved.motion.count:
         parts.append(
             f'<p class="soft">Curves and closeness show every '

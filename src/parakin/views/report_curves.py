@@ -11,8 +11,10 @@ import numpy as np
 
 from parakin.analysis.singularities import Closeness
 from parakin.arrays import ORDERS, PER_TIME, FloatArray
+from parakin.model.dynamics import Motor
 from parakin.views.extremes import Extremes
 from parakin.views.flags import flagged_spans
+from parakin.views.force_extremes import ForceExtremes
 from parakin.views.scheme.sheet import STYLE
 from parakin.views.thinning import thinned
 from parakin.views.units import unit_of
@@ -57,6 +59,60 @@ def coordinate_curves(
             _limit_lines(axes, [scale * limit for limit in limits])
         _finish(axes, ds)
     return figure
+
+
+def force_curves(ds: xr.Dataset, name: str, found: ForceExtremes, motor: Motor | None) -> Figure:
+    """Effort and power of an actuator and, if it has a drive, the motor's torque over its speed,
+    within its limits.
+    """
+    one, k = ds.sel(actuator=name), found.actuators.index(name)
+    figure, panels = _figure(1, 2 if motor is None else 3, 1.55)
+    time = ds["time"].values
+    span = (float(time[0]), float(time[-1]))
+    limits = (np.inf, np.inf) if motor is None else (motor.max_effort, motor.max_power)
+    for axes, quantity, unit, limit in zip(
+        panels, ("effort", "power"), (found.units[k], "W"), limits, strict=False
+    ):
+        _curve(axes, time, one[quantity].values, _CURVE)
+        range_ = found.ranges[quantity]
+        for values, times, above in (
+            (range_.high, range_.high_time, True),
+            (range_.low, range_.low_time, False),
+        ):
+            if np.isfinite(values[k]):
+                _mark(axes, float(times[k]), float(values[k]), span, above=above)
+        axes.margins(y=0.28)
+        axes.set_title(f"{quantity} [{unit}]", fontsize=7.5, loc="left", pad=3)
+        _limit_lines(axes, [-limit, limit])
+        _finish(axes, ds)
+    band = one["effort_band"].values
+    if np.nanmax(band, initial=0.0) > 0.0:
+        low, high = one["effort"].values - band, one["effort"].values + band
+        rows = thinned(np.array([low, high]), _BUCKETS)
+        panels[0].fill_between(time[rows], low[rows], high[rows], color=_CURVE, alpha=0.25)
+    if motor is not None:
+        _torque_over_speed(panels[2], one, motor)
+    return figure
+
+
+def _torque_over_speed(axes: Axes, one: xr.Dataset, motor: Motor) -> None:
+    scale = 30.0 / np.pi if motor.turns else 1.0  # rpm
+    speed, torque = scale * one["motor_speed"].values, one["motor_torque"].values
+    rows = thinned(np.array([speed, torque]), _BUCKETS)
+    axes.plot(speed[rows], torque[rows], color=_CURVE, linewidth=1.1)
+    axes.margins(x=0.08, y=0.12)
+    _limit_lines(axes, [-motor.max_torque, motor.max_torque])
+    fastest = scale * abs(motor.ratio) * motor.max_speed
+    low, high = axes.dataLim.intervalx
+    for limit in (-fastest, fastest):
+        if low - (high - low) < limit < high + (high - low):
+            axes.axvline(limit, color=_LIMIT, linewidth=0.8, linestyle="--")
+    for line in (axes.axhline, axes.axvline):
+        line(0.0, color="0.6", linewidth=0.5, zorder=0)
+    unit, per = ("N m", "rpm") if motor.turns else ("N", "m/s")
+    axes.set_title(f"motor torque [{unit}]", fontsize=7.5, loc="left", pad=3)
+    _dress(axes)
+    axes.set_xlabel(f"motor speed [{per}]", fontsize=6.5, labelpad=1)
 
 
 def driven_curves(motion: Motion, angles: Mapping[str, bool]) -> Figure:
@@ -170,15 +226,20 @@ def _limit_lines(axes: Axes, limits: Sequence[float]) -> None:
 
 
 def _finish(axes: Axes, ds: xr.Dataset | None) -> None:
+    """Dress axes over time."""
     axes.margins(x=0)
     if ds is not None and ds.sizes["time"] > 1:
         axes.set_xlim(float(ds["time"].values[0]), float(ds["time"].values[-1]))
+    _dress(axes)
+    axes.set_xlabel("time [s]", fontsize=6.5, labelpad=1)
+    if ds is not None:
+        for span in flagged_spans(ds):
+            axes.axvspan(*span, color=_FLAG, alpha=0.12, linewidth=0)
+
+
+def _dress(axes: Axes) -> None:
     if axes.get_yscale() == "linear":
         axes.ticklabel_format(axis="y", style="plain", useOffset=False)
     axes.grid(visible=True, linewidth=0.3, color="0.85")
     axes.tick_params(labelsize=6.5, length=2)
     axes.spines[["top", "right"]].set_visible(False)
-    axes.set_xlabel("time [s]", fontsize=6.5, labelpad=1)
-    if ds is not None:
-        for span in flagged_spans(ds):
-            axes.axvspan(*span, color=_FLAG, alpha=0.12, linewidth=0)

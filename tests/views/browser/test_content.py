@@ -86,3 +86,11 @@ def test_a_broken_mesh_is_reported_by_its_name(tmp_path: Path) -> None:
             read_mesh(tmp_path / name)
     with pytest.raises(parakin.InputError, match="suffix"):
         read_mesh(tmp_path / "e.dae")
+
+
+def test_payloads_are_those_of_the_first_mechanism() -> None:
+    content = Content("four-bar", payloads=("2 kg at coupler",))
+    first = content.load("four-bar")
+    assert [load.mass.mass for load in first.graph.dynamics.loads] == [2.0]
+    assert content.playback(first, "turn").forces is not None
+    assert content.load("slider-crank").graph.dynamics.loads == ()

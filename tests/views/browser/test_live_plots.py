@@ -6,6 +6,7 @@ import contextlib
 from typing import Any
 
 import numpy as np
+import pendulum
 import pytest
 from browser import chromium, needs_chromium, viewed
 
@@ -19,6 +20,7 @@ class Plot:
 
     def __init__(self, data: tuple[Any, ...], series: Any, title: str, scales: Any) -> None:
         self.data, self.series, self.title, self.scales = data, series, title, scales
+        self.axes: Any = ()
         self.removed = False
 
     def remove(self) -> None:
@@ -106,3 +108,20 @@ def test_no_tick_is_cut_off() -> None:
             ticks = "window.drawn.filter(([text, _]) => /^[-\u2212]\\d?,?\\d{3}/.test(text))"
             page.page.wait_for_function(f"() => {ticks}.length")
             assert min(left for _, left in page.page.evaluate(ticks)) >= 0
+
+
+def test_efforts_and_power_have_plots_that_follow_payloads() -> None:
+    loaded = pendulum.pendulum().with_payload("0 kg at arm")
+    solver = parakin.compile(loaded, coordinates="all")
+    gui = Gui()
+    plots = LivePlots(gui)
+    plots.show(playback_of(solver, "swing", {"payload": 0.0}))
+    assert [plot.title for plot in gui.plots[3:]] == ["effort [N m]", "power [W]"]
+    effort, *_ = pendulum.efforts(np.linspace(0.0, 2.0, 20_001))
+    for _ in range(2):
+        drawn = gui.plots[3].data[1]
+        assert np.nanmax(drawn) == pytest.approx(effort.max(), rel=1e-3)
+        assert np.nanmin(drawn) == pytest.approx(effort.min(), rel=1e-3)
+        plots.show_forces(playback_of(solver, "swing", {"payload": 5.0}))  # on the axis
+    assert len(gui.plots) == 5
+    assert not any(plot.removed for plot in gui.plots)

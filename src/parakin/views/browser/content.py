@@ -56,7 +56,7 @@ class Content:
 
     mechanism: the one to begin with, itself, or a name of the catalogue or a file; parameters,
     loops: for the latter, as `parakin.load` takes them; motions, meshes: other files that may be
-    read.
+    read; payloads: masses on the first mechanism's bodies, such as "80 kg at seat".
     """
 
     mechanism: Mechanism | str
@@ -64,6 +64,7 @@ class Content:
     loops: str | None = None
     motions: tuple[str, ...] = ()
     meshes: tuple[str, ...] = ()
+    payloads: tuple[str, ...] = ()
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -120,8 +121,12 @@ class Content:
 
     def _first(self) -> Mechanism:
         if isinstance(self.mechanism, Mechanism):
-            return self.mechanism
-        return load(self.mechanism, self.parameters or None, self.loops)
+            found = self.mechanism
+        else:
+            found = load(self.mechanism, self.parameters or None, self.loops)
+        for text in self.payloads:
+            found = found.with_payload(text)
+        return found
 
     def _meshes(self, graph: Graph) -> tuple[dict[str, Mesh], str]:
         """Shapes of bodies from the mesh files that both the mechanism and the user name, and a
@@ -171,13 +176,17 @@ class Content:
                 found.append(str(unused))
         return found
 
-    def playback(self, loaded: LoadedMechanism, motion: str) -> Playback:
-        """Solve one of the mechanism's motions. Raises InputError."""
+    def playback(
+        self, loaded: LoadedMechanism, motion: str, loads: Mapping[str, float] | None = None
+    ) -> Playback:
+        """Solve one of the mechanism's motions. loads: masses of payloads [kg] instead of the
+        file's. Raises InputError.
+        """
         if loaded.solver is None or motion not in loaded.motions:
             raise InputError(
                 "motion", repr(motion), f"one of {', '.join(loaded.motions) or 'none'}"
             )
-        return playback_of(loaded.solver, motion)
+        return playback_of(loaded.solver, motion, loads)
 
 
 def read_mesh(path: Path) -> Mesh:

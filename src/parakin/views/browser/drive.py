@@ -20,6 +20,7 @@ from parakin.arrays import BoolArray, FloatArray
 from parakin.errors import InputError, ParakinError
 from parakin.model.mechanism import Mechanism
 from parakin.solving.compiler import compile as compile_mechanism
+from parakin.solving.forces import Forces
 from parakin.solving.solver import Solver
 from parakin.solving.status import Status
 from parakin.solving.stops import beyond_limits, exceeded
@@ -90,6 +91,19 @@ class Drive:
             return False
         self.y, self.tick = y, tick
         return True
+
+    def forces(self, loads: Mapping[str, float]) -> Forces | None:
+        """What holds the pose at rest, without wrenches that change with time; None if there are
+        no forces. loads: masses of payloads [kg].
+        """
+        if self.solver.no_forces:
+            return None
+        wrenches = self.solver.graph.dynamics.wrenches
+        none = {w.name: np.zeros(w.inputs) for w in wrenches if w.inputs > 1}
+        none |= {w.name: np.zeros(()) for w in wrenches if w.inputs == 1}
+        guess = self.tick.position
+        tick = self.solver.at(self.y, guess=guess, forces=True, loads={**none, **loads})
+        return tick.forces
 
     @property
     def values(self) -> dict[str, float]:

@@ -9,10 +9,17 @@ from typing import Any, Protocol
 
 from parakin.arrays import FloatArray
 from parakin.errors import ParakinError
+from parakin.solving.forces import Forces
 from parakin.solving.modes import modes
 from parakin.views.browser.content import LoadedMechanism
 from parakin.views.browser.drive import Drive, Stop, choices, driven_by
-from parakin.views.browser.messages import HOME, PoseState, branch_label, escaped
+from parakin.views.browser.messages import (
+    HOME,
+    PoseState,
+    branch_label,
+    efforts_message,
+    escaped,
+)
 from parakin.views.units import Unit, unit_of
 
 _UNNUMBERED = "unnumbered"  # a branch that no search has found yet
@@ -23,6 +30,10 @@ class Page(Protocol):
 
     client: Any
 
+    @property
+    def loads(self) -> Mapping[str, float]:
+        """Masses of payloads [kg]."""
+
     def on(self, event: Callable[[Any], Any], act: Callable[[], None]) -> None:
         """Call `act` when the user operates a control; event: such as the control's `on_update`."""
 
@@ -32,8 +43,10 @@ class Page(Protocol):
     def show_progress(self, text: str) -> None:
         """Show what is going on while it takes time."""
 
-    def show_pose(self, poses: tuple[FloatArray, FloatArray], state: PoseState) -> None:
-        """Show a pose: positions and orientations of all bodies but the base."""
+    def show_pose(
+        self, poses: tuple[FloatArray, FloatArray], state: PoseState, forces: Forces | None
+    ) -> None:
+        """Show a pose: positions and orientations of all bodies but the base, and what holds it."""
 
 
 class DriveTab:
@@ -58,6 +71,7 @@ class DriveTab:
             self._branch_list = gui.add_dropdown("Branch", [HOME])
             self._search_button = gui.add_button("Search for branches here")
             self._result = gui.add_markdown("", visible=False)
+            self._efforts = gui.add_markdown("", visible=False)
             self._here_button = gui.add_button("Drive from here")
             self._home_button = gui.add_button("Home")
             self._handle_box = gui.add_checkbox("Handle in the scene", initial_value=True)
@@ -261,6 +275,7 @@ class DriveTab:
         """Stop driving."""
         if self.drive is not None:
             self.drive = None
+            self._show_efforts("")
             self._branch_name = self._branch_list.value = HOME
             self._drop_handle()
 
@@ -303,10 +318,22 @@ class DriveTab:
             len(drive.solver.graph.limited),
             drive.tick.why(),
         )
+        forces = drive.forces(self._page.loads)
         with self._page.client.atomic():
-            self._page.show_pose(drive.solver.poses(drive.y, drive.tick), state)
+            self._page.show_pose(drive.solver.poses(drive.y, drive.tick), state, forces)
+            self._show_efforts(efforts_message(forces))
             self._place_handle()
         self._page.client.flush()  # at once: the user is waiting for it
+
+    def load(self) -> None:
+        """Show the pose again, as payloads have changed."""
+        if self.drive is not None:
+            self._show_pose(None)
+
+    def _show_efforts(self, text: str) -> None:
+        if text or self._efforts.visible:
+            self._efforts.content = text
+            self._efforts.visible = bool(text)
 
     # The handle
 

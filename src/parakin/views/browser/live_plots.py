@@ -1,8 +1,9 @@
-"""Plots on a page: position, velocity and acceleration of the actuators, with a time cursor."""
+"""Plots on a page: the actuators' motion, efforts and power, with a time cursor."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -30,12 +31,14 @@ class LivePlots:
         self._gui = gui
         self._panel = gui.add_folder("Motion of the actuators")
         self._plots: list[tuple[Any, FloatArray, FloatArray]] = []
+        self._titles: list[str] = []
 
     def clear(self) -> None:
         """Remove all plots."""
         for plot, _, _ in self._plots:
             plot.remove()
         self._plots.clear()
+        self._titles.clear()
 
     def show(self, playback: Playback) -> None:
         """Plot a motion."""
@@ -50,6 +53,20 @@ class LivePlots:
                         rows = thinned(values, _BUCKETS)
                         title = f"{quantity} [{unit.name}{over}]"
                         self._add(title, playback.time[rows], values[:, rows], names)
+            for title, time, values, names in _of_forces(playback):
+                self._add(title, time, values, names)
+
+    def show_forces(self, playback: Playback) -> None:
+        """Show other efforts and power of the same motion, in the same plots."""
+        for title, time, values, _ in _of_forces(playback):
+            if title in self._titles:
+                k = self._titles.index(title)
+                plot = self._plots[k][0]
+                low, high = _range(values)
+                plot.scales = _scales(low, high)
+                plot.axes = _axes(low, high)
+                plot.data = _with_cursor(time, values, float(time[0]), low, high)
+                self._plots[k] = plot, time, values
 
     def _add(self, title: str, time: FloatArray, values: FloatArray, names: list[str]) -> None:
         series: list[dict[str, Any]] = [{"label": "t [s]"}]
@@ -59,25 +76,60 @@ class LivePlots:
             points = {"show": False}
             series.append({"label": name, "stroke": colour, "width": 1.5, "points": points} | dash)
         series.append({"label": "now", "stroke": _CURSOR, "width": 1, "points": {"show": False}})
-        low, high = float(values.min()), float(values.max())
-        room = 0.06 * (high - low) or max(1e-3, 0.06 * abs(high))
+        low, high = _range(values)
         plot = self._gui.add_uplot(
-            _with_cursor(time, values, float(time[0]), low - room, high + room),
+            _with_cursor(time, values, float(time[0]), low, high),
             tuple(series),
             title=title,
-            scales={"x": {"time": False}, "y": {"range": (low - room, high + room)}},
-            axes=({}, {"size": _axis_width(low - room, high + room)}),
+            scales=_scales(low, high),
+            axes=_axes(low, high),
             legend={"show": len(names) <= 6},
             height=190,
             padding=(10, 16, 0, 0),
         )
         self._plots.append((plot, time, values))
+        self._titles.append(title)
 
     def cursor(self, at: float) -> None:
         """Move the cursor to a time [s]."""
         for plot, time, values in self._plots:
             low, high = plot.scales["y"]["range"]
             plot.data = _with_cursor(time, values, at, low, high)
+
+
+def _of_forces(
+    playback: Playback,
+) -> Iterator[tuple[str, FloatArray, FloatArray, list[str]]]:
+    """Title, time, curves and names of plots of efforts and power, if any are known."""
+    forces = playback.forces
+    if forces is None:
+        return
+    groups = [
+        (f"effort [{unit}]", forces.effort, [k for k, u in enumerate(forces.units) if u == unit])
+        for unit in ("N", "N m")
+    ]
+    groups.append(("power [W]", forces.power, list(range(len(forces.actuators)))))
+    for title, values, chosen in groups:
+        curves = np.where(np.isfinite(values), values, np.nan)[:, chosen].T
+        if not np.isnan(curves).all():
+            rows = thinned(curves, _BUCKETS)
+            names = [forces.actuators[k] for k in chosen]
+            yield title, playback.time[rows], curves[:, rows], names
+
+
+def _range(values: FloatArray) -> tuple[float, float]:
+    """Of an axis, with room for the curves."""
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    room = 0.06 * (high - low) or max(1e-3, 0.06 * abs(high))
+    return low - room, high + room
+
+
+def _scales(low: float, high: float) -> dict[str, Any]:
+    return {"x": {"time": False}, "y": {"range": (low, high)}}
+
+
+def _axes(low: float, high: float) -> tuple[dict[str, Any], ...]:
+    return {}, {"size": _axis_width(low, high)}
 
 
 def _axis_width(low: float, high: float) -> int:

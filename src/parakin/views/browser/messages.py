@@ -6,9 +6,13 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from parakin.solving.forces import Forces
 from parakin.solving.modes import Search
 from parakin.solving.status import Status
 from parakin.views.browser.drive import Stop
+from parakin.views.force_text import figure
 
 HOME = "home"  # the branch of home
 
@@ -54,6 +58,19 @@ def pose_message(state: PoseState) -> str:
         f"conditioning {state.conditioning:.3f} · residual {state.residual:.1e} m  \n"
         f"{limits} · branch {escaped(state.branch)}"
     )
+
+
+def efforts_message(forces: Forces | None) -> str:
+    """Which efforts hold a pose; "" if none are known."""
+    if forces is None or not np.isfinite(forces.effort).any():
+        return ""
+    each = (
+        f"{escaped(name)} {escaped(figure(effort) or 'unknown')} {unit}"
+        for name, effort, unit in zip(
+            forces.actuators, forces.effort.tolist(), forces.units, strict=True
+        )
+    )
+    return f"**Efforts that hold it here:** {' · '.join(each)}"
 
 
 def branch_label(number: int, search: Search) -> str:

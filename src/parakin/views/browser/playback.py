@@ -26,6 +26,16 @@ _WINDOW = 100_000
 
 
 @dataclass(frozen=True)
+class PlayedForces:
+    """Of actuators, by name, with "N" or "N m" of each: effort and power (n, actuators)."""
+
+    actuators: tuple[str, ...]
+    units: tuple[str, ...]
+    effort: FloatArray
+    power: FloatArray
+
+
+@dataclass(frozen=True)
 class Playback:
     """The solved part of a motion.
 
@@ -35,7 +45,7 @@ class Playback:
     (3, n, actuators) of position, velocity and acceleration; `beyond_limits`: by coordinate or cone
     angle, when it or a derivative of it exceeds its limits (n,); `stop`: why the motion ended
     early; `note`: that it is thinned; `stops`, `stopped_by`, `excess`: what stopped each sample, as
-    in results.
+    in results; `forces`, if the mechanism has any.
     """
 
     name: str
@@ -56,6 +66,7 @@ class Playback:
     excess: FloatArray
     stop: Stop | None = None
     note: str = ""
+    forces: PlayedForces | None = None
 
     def within(self, at: float) -> float:
         """The time [s] of the motion that is nearest; its start for NaN."""
@@ -74,11 +85,14 @@ class Playback:
         return dict(zip(self.coordinates, self.q[self.index(at)].tolist(), strict=True))
 
 
-def playback_of(solver: Solver, name: str) -> Playback:
-    """Solve a motion up to the first sample that fails. Raises InputError."""
+def playback_of(solver: Solver, name: str, loads: Mapping[str, float] | None = None) -> Playback:
+    """Solve a motion up to the first sample that fails. loads: masses of payloads [kg] instead of
+    the file's. Raises InputError.
+    """
     motion = solver.motion(name)
     stride = max(1, -(-motion.count // _SAMPLES))
-    windows = enumerate(solver.stream(motion, _WINDOW, bodies=True))
+    forces = not solver.no_forces
+    windows = enumerate(solver.stream(motion, _WINDOW, bodies=True, forces=forces, loads=loads))
     ds = joined([every(stride, window, k * _WINDOW) for k, window in windows])
     solved = np.isin(ds["status"].values, SOLVED)
     count = len(solved) if solved.all() else int(np.argmin(solved))
@@ -112,6 +126,16 @@ def playback_of(solver: Solver, name: str) -> Playback:
         ds["excess"].values,
         stop,
         f", one sample in {stride}" if stride > 1 else "",
+        _forces(ds) if forces else None,
+    )
+
+
+def _forces(ds: xr.Dataset) -> PlayedForces:
+    return PlayedForces(
+        tuple(ds["actuator"].values.tolist()),
+        tuple(ds["effort_unit"].values.tolist()),
+        ds["effort"].values,
+        ds["power"].values,
     )
 
 

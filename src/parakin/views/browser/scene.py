@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from parakin.arrays import FloatArray
+from parakin.views.browser.efforts import Efforts
 from parakin.views.solids.drawing import COLOURS, Drawing
 from parakin.views.solids.shapes import Bar, Mesh, joined, mesh
 from parakin.views.thinning import thinned
@@ -59,6 +60,7 @@ class Scene:
         self._place_rods(position, wxyz)
         view = self.drawing.view
         self.trace_node: Any = None
+        self.efforts = Efforts(self.api, _ROOT, graph, min(size, float(view.span)))
         self._floor(view.up)
 
     def _node(self, body: str, part: str = "") -> str:

@@ -9,17 +9,19 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from parakin.arrays import FloatArray
 from parakin.errors import ParakinError
+from parakin.solving.forces import Forces
 from parakin.views.browser.content import Content, LoadedMechanism
 from parakin.views.browser.drive_tab import DriveTab
 from parakin.views.browser.live_plots import LivePlots
 from parakin.views.browser.messages import PoseState, escaped, pose_message
-from parakin.views.browser.playback import Playback
+from parakin.views.browser.payloads import Payloads
+from parakin.views.browser.playback import Playback, PlayedForces
 from parakin.views.browser.scene import Scene
 
 _RATE = 60.0  # poses a second
@@ -75,6 +77,8 @@ class Session:
         with tabs.add_tab("Show"):
             self._frames = gui.add_checkbox("Frames of bodies", initial_value=False)
             self._names = gui.add_checkbox("Names", initial_value=False)
+            self._arrows = gui.add_checkbox("Efforts of the actuators", initial_value=True)
+        self._payloads = Payloads(self, self._load)
         panel = gui.add_panel()
         with panel.add_tab("Actuators"):
             self._plots = LivePlots(gui)
@@ -88,6 +92,7 @@ class Session:
         self.on(self._traced.on_update, self._trace)
         self.on(self._frames.on_update, lambda: self.scene.show_frames(self._frames.value))
         self.on(self._names.on_update, lambda: self.scene.show_names(self._names.value))
+        self.on(self._arrows.on_update, self._show_again)
         self.on(self._button.on_click, self.toggle)
 
     def on(self, event: Callable[[Any], Any], act: Callable[[], None]) -> None:
@@ -161,6 +166,9 @@ class Session:
             self._title.content = f"**{escaped(loaded.mechanism.title or loaded.name)}**{source}"
             self.playback = None
             self._state_text = "at home"
+            forced = loaded.solver is not None and not loaded.solver.no_forces
+            self._arrows.visible = forced
+            self._payloads.show(loaded.graph if forced else None)
             self.drive_tab.show(loaded)
             self._motion.options = list(loaded.motions) or [_NO_MOTION]
             self._motion.value = self._motion.options[0]
@@ -188,12 +196,13 @@ class Session:
             return
         self.show_progress("solving …")
         try:
-            playback = self.content.playback(self.loaded, name)
+            playback = self.content.playback(self.loaded, name, self.loads)
         except ParakinError:
             if self.playback is not None:
                 self._motion.value = self.playback.name
             raise
         self.playback = playback
+        self._scale_arrows()
         self.show_error(self.loaded.problem)
         with self.client.atomic():
             self._motion.value = name
@@ -203,6 +212,42 @@ class Session:
             self._plots.show(playback)
             self._trace()
         self.seek(at)
+
+    # Forces
+
+    @property
+    def loads(self) -> Mapping[str, float]:
+        """Masses of payloads [kg]."""
+        return self._payloads.masses
+
+    def _load(self) -> None:
+        """Find the forces again, as payloads have changed."""
+        if self.playback is not None:
+            self.playback = self.content.playback(self.loaded, self.playback.name, self.loads)
+            self._scale_arrows()
+            with self.client.atomic():
+                self._plots.show_forces(self.playback)
+        self._show_again()
+
+    def _scale_arrows(self) -> None:
+        forces = None if self.playback is None else self.playback.forces
+        if forces is not None:
+            self.scene.efforts.scale_to(forces.effort, forces.units)
+
+    def _show_again(self) -> None:
+        """Show the pose as it is, with other forces."""
+        if self.drive_tab.drive is not None:
+            self.drive_tab.load()
+        elif self.playback is not None:
+            self._frame(self.time, full=True)
+
+    def _show_efforts(
+        self, poses: tuple[FloatArray, FloatArray], forces: Forces | PlayedForces, now: FloatArray
+    ) -> None:
+        if self._arrows.value:
+            self.scene.efforts.show(*poses, forces.actuators, forces.units, now)
+        else:
+            self.scene.efforts.hide()
 
     def _trace(self) -> None:
         playback = self.playback
@@ -283,8 +328,11 @@ class Session:
         )
         self.poses += 1
         with self.client.atomic():
-            self.scene.place(playback.position[k], playback.wxyz[k])
+            poses = playback.position[k], playback.wxyz[k]
+            self.scene.place(*poses)
             self.scene.highlight(state.highlighted)
+            if playback.forces is not None:
+                self._show_efforts(poses, playback.forces, playback.forces.effort[k])
             if full:
                 self._slider.value = at
                 self._plots.cursor(at)
@@ -301,11 +349,15 @@ class Session:
         """Show what is going on while it takes time."""
         self._state.content = text
 
-    def show_pose(self, poses: tuple[FloatArray, FloatArray], state: PoseState) -> None:
+    def show_pose(
+        self, poses: tuple[FloatArray, FloatArray], state: PoseState, forces: Forces | None
+    ) -> None:
         """Show a pose that is driven by hand."""
         self.show_error(self.loaded.problem)
         self.scene.place(*poses)
         self.scene.highlight(state.highlighted)
+        if forces is not None:
+            self._show_efforts(poses, forces, forces.effort)
         self._show_state(pose_message(state))
 
     def _show_state(self, text: str) -> None:

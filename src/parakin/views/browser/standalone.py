@@ -37,11 +37,18 @@ def standalone_page(loaded: LoadedMechanism, playback: Playback | None) -> str:
         scene.trace(None if playback is None else playback.point)
         serializer = server.get_scene_serializer()
         if playback is not None:
+            forces = playback.forces
+            if forces is not None:
+                scene.efforts.scale_to(forces.effort, forces.units)
             span = float(playback.time[-1] - playback.time[0])
             count = max(2, round(min(span, _LONGEST) * _RATE))
             for at in np.linspace(playback.time[0], playback.time[-1], count):
                 k = playback.index(float(at))
-                scene.place(playback.position[k], playback.wxyz[k])
+                poses = playback.position[k], playback.wxyz[k]
+                scene.place(*poses)
+                if forces is not None:
+                    now = forces.effort[k]
+                    scene.efforts.show(*poses, forces.actuators, forces.units, now)
                 serializer.insert_sleep(1 / _RATE)
         return str(serializer.as_html())
     finally:
