@@ -15,7 +15,7 @@ from parakin.errors import InputError, nearest
 from parakin.kinematics.configuration import Configuration
 from parakin.kinematics.free_motions import free_motions
 from parakin.kinematics.recursion import pair_velocity
-from parakin.model.dynamics import Motor
+from parakin.model.motors import Motor
 from parakin.model.placement import vector
 from parakin.solving.solver import Solver
 from parakin.solving.status import SOLVED

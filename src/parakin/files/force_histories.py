@@ -12,8 +12,8 @@ from parakin.arrays import FloatArray
 from parakin.errors import InputError
 from parakin.files.motion_csv import read_histories
 from parakin.files.motion_toml import law_from_table
-from parakin.model.dynamics import BodyWrench
 from parakin.model.expressions import Parameters
+from parakin.model.loads import BodyWrench
 from parakin.model.mechanism import Mechanism
 from parakin.model.units import BARE, FORCE, TORQUE
 from parakin.motion.laws import Law

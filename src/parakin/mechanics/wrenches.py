@@ -22,7 +22,8 @@ from parakin.algebra.spatial import (
 )
 from parakin.kinematics.closure import Wrench
 from parakin.kinematics.recursion import Circuits, point_acceleration, point_velocity
-from parakin.model.dynamics import BodyWrench, Dynamics, Load, PointSpring
+from parakin.model.dynamics import Dynamics
+from parakin.model.loads import BodyWrench, Load, PointSpring
 from parakin.model.masses import Mass
 
 Wrenches = dict[int, Wrench]  # by body; those on the base are dropped

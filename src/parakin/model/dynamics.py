@@ -2,40 +2,35 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 from parakin.algebra.spatial import ZERO, Vector
-from parakin.errors import InputError, nearest
-from parakin.model.drives import Drive
+from parakin.errors import InputError
 from parakin.model.expressions import Parameters
 from parakin.model.fields import Quantity
-from parakin.model.forces import AppliedWrench, Payload, SpringBetween
 from parakin.model.joints import Coordinate, GraphJoint
-from parakin.model.masses import NOTHING, Mass, amount, mass_of, tensor_of
+from parakin.model.loads import Acting, BodyWrench, Load, Points, PointSpring
+from parakin.model.masses import Mass, amount, mass_of
 from parakin.model.mechanism import Joint, Mechanism
+from parakin.model.motors import Motor, effort_per, motors_of
 from parakin.model.placement import AXES, evaluated
 from parakin.model.units import (
     ACCELERATION,
     ANGLE,
     ANGULAR_VELOCITY,
     BARE,
-    CURRENT,
     FORCE,
     INERTIA,
     LENGTH,
     MASS,
-    POWER,
     TORQUE,
     VELOCITY,
-    Dimension,
 )
 
 STANDARD_GRAVITY = 9.80665  # [m/s²]
 
-Points = Mapping[str, tuple[int, Vector[float]]]
 T = TypeVar("T")
 
 
@@ -59,63 +54,6 @@ class Ball(NamedTuple):
     parent: int
     child: int
     damping: float
-
-
-class PointSpring(NamedTuple):
-    """A spring and damper between points of two bodies."""
-
-    name: str
-    ends: tuple[tuple[int, Vector[float]], tuple[int, Vector[float]]]
-    stiffness: float
-    damping: float
-    length: float
-
-
-class BodyWrench(NamedTuple):
-    """A force and moment on a body at a point, along its own axes if `turns`, else the base's.
-
-    law: the table of a law of time that both are multiplied by; csv: a file of all six instead.
-    """
-
-    name: str
-    body: int
-    point: Vector[float]
-    force: Vector[float]
-    moment: Vector[float]
-    turns: bool
-    law: Mapping[str, Any] | None = None
-    csv: str | None = None
-
-    @property
-    def inputs(self) -> int:
-        """How many numbers it takes at each time: none, a factor, or force and moment."""
-        return 6 if self.csv is not None else int(self.law is not None)
-
-
-class Load(NamedTuple):
-    """A payload on a body; the inertia of what has another mass is in proportion."""
-
-    name: str
-    body: int
-    mass: Mass
-
-
-class Motor(NamedTuple):
-    """A drive in SI: `ratio` motor turns [rad] per unit of the coordinate [rad/m or 1]; limits are
-    infinite where none are given, and so is the stiffness.
-    """
-
-    ratio: float
-    efficiency: float
-    back_efficiency: float
-    rotor: float
-    torque_constant: float | None
-    max_effort: float
-    max_speed: float
-    max_power: float
-    max_torque: float
-    stiffness: float
-    turns: bool  # whether the motor does: a direct linear drive does not
 
 
 @dataclass(frozen=True)
@@ -173,8 +111,8 @@ def dynamics_of(
             passive |= _passive(joint, made, parameters, place)
             levers |= _levers(joint, made, parameters, f"{place}.friction")
         if joint.drive is not None:
-            motors |= _motors(joint.drive, made, coordinates, parameters, f"{place}.drive")
-    acting = _Forces(mechanism, parameters, bodies, points)
+            motors |= motors_of(joint.drive, made, coordinates, parameters, f"{place}.drive")
+    acting = Acting(mechanism, parameters, bodies, points)
     loads = acting.loads()
     return Dynamics(
         _gravity(mechanism, parameters, massive=bool(masses or loads)),
@@ -216,12 +154,6 @@ def _each(values: tuple[T, ...], made: GraphJoint, place: str) -> dict[int, T]:
     return dict(zip(made.coordinates, values, strict=True))
 
 
-def _per(angle: bool, order: int) -> Dimension:
-    """Of an effort over a coordinate (order 0) or its velocity (1)."""
-    over = (ANGLE if angle else LENGTH)._replace(time=-float(order))
-    return (TORQUE if angle else FORCE).times(over, -1.0)
-
-
 def _passive(
     joint: Joint, made: GraphJoint, parameters: Parameters, place: str
 ) -> dict[int, Passive]:
@@ -232,22 +164,24 @@ def _passive(
         if value:
             found.setdefault(k, {})[key] = value
 
-    for k, spring in _each(joint.spring, made, f"{place}.spring").items():
-        at, angle = f"{place}.spring", turns[k]
-        note(
-            k, "stiffness", amount(spring.stiffness, parameters, _per(angle, 0), f"{at}.stiffness")
-        )
-        dimension = ANGLE if angle else LENGTH
+    def per(table: object, key: str, k: int, order: int, at: str) -> float:
+        text: Quantity = getattr(table, key)
+        return amount(text, parameters, effort_per(turns[k], order), f"{at}.{key}")
+
+    at = f"{place}.spring"
+    for k, spring in _each(joint.spring, made, at).items():
+        note(k, "stiffness", per(spring, "stiffness", k, 0, at))
+        dimension = ANGLE if turns[k] else LENGTH
         note(k, "zero", parameters.evaluate(spring.zero, dimension, f"{at}.zero"))
-    for k, damper in _each(joint.damper, made, f"{place}.damper").items():
-        at, angle = f"{place}.damper", turns[k]
-        note(k, "damping", amount(damper.damping, parameters, _per(angle, 1), f"{at}.damping"))
-        dimension = ANGULAR_VELOCITY if angle else VELOCITY
+    at = f"{place}.damper"
+    for k, damper in _each(joint.damper, made, at).items():
+        note(k, "damping", per(damper, "damping", k, 1, at))
+        dimension = ANGULAR_VELOCITY if turns[k] else VELOCITY
         note(k, "zero_speed", parameters.evaluate(damper.zero, dimension, f"{at}.zero"))
-    for k, friction in _each(joint.friction, made, f"{place}.friction").items():
-        at, angle = f"{place}.friction", turns[k]
-        note(k, "viscous", amount(friction.viscous, parameters, _per(angle, 1), f"{at}.viscous"))
-        effort = TORQUE if angle else FORCE
+    at = f"{place}.friction"
+    for k, friction in _each(joint.friction, made, at).items():
+        note(k, "viscous", per(friction, "viscous", k, 1, at))
+        effort = TORQUE if turns[k] else FORCE
         note(k, "coulomb", amount(friction.coulomb, parameters, effort, f"{at}.coulomb"))
     for k, armature in _each(joint.armature, made, f"{place}.armature").items():
         dimension = INERTIA if turns[k] else MASS
@@ -294,156 +228,7 @@ def _ball(joint: Joint, made: GraphJoint, parameters: Parameters, place: str) ->
                 raise InputError(f"{at}.coulomb", "one in a spherical joint", "viscous alone")
             name = "damping" if value is None else "viscous"
             text: Quantity = getattr(table, name)
-            total += amount(text, parameters, _per(True, 1), f"{at}.{name}")
+            total += amount(text, parameters, effort_per(True, 1), f"{at}.{name}")
             if getattr(table, "zero", 0):
                 raise InputError(f"{at}.zero", "one in a spherical joint", "none")
     return [Ball(made.parent, made.child, total)] if total else []
-
-
-def _motors(
-    drive: Drive,
-    made: GraphJoint,
-    coordinates: Sequence[Coordinate],
-    parameters: Parameters,
-    place: str,
-) -> dict[int, Motor]:
-    """By actuated coordinate. Raises InputError on a drive of none."""
-    moved = [k for k in made.coordinates if coordinates[k].actuated]
-    if not moved:
-        raise InputError(place, "a drive of a joint that is not actuated", "actuated = true")
-    return {k: _motor(drive, coordinates[k].angle, parameters, place) for k in moved}
-
-
-def _motor(drive: Drive, angle: bool, parameters: Parameters, place: str) -> Motor:
-    if drive.lead is not None and (angle or drive.ratio is not None):
-        found = "a lead on a turn" if angle else "both lead and ratio"
-        raise InputError(f"{place}.lead", found, "a lead on a slide, a ratio on a turn")
-    if drive.ratio is not None and not angle:
-        raise InputError(f"{place}.ratio", "a gear ratio on a slide", "a lead")
-    ratio = 1.0
-    if drive.lead is not None:
-        ratio = 2 * math.pi / _nonzero(drive.lead, parameters, LENGTH, f"{place}.lead")
-    elif drive.ratio is not None:
-        ratio = _nonzero(drive.ratio, parameters, BARE, f"{place}.ratio")
-    turns = angle or drive.lead is not None
-    forward = _part(drive.efficiency, parameters, f"{place}.efficiency")
-    if not forward:
-        raise InputError(f"{place}.efficiency", "0", "above 0, at most 1")
-    back = forward
-    if drive.back_efficiency is not None:
-        back = _part(drive.back_efficiency, parameters, f"{place}.back_efficiency")
-    torque, effort = (TORQUE if turns else FORCE), (TORQUE if angle else FORCE)
-    constant: float | None = None
-    if drive.torque_constant is not None:
-        per = torque.times(CURRENT, -1.0)
-        constant = _nonzero(drive.torque_constant, parameters, per, f"{place}.torque_constant")
-        constant = abs(constant)
-
-    def limit(key: str, dimension: Dimension) -> float:
-        text = getattr(drive, key)
-        if text is None:
-            return math.inf
-        value = parameters.evaluate(text, dimension, f"{place}.{key}")
-        if not value > 0.0:
-            raise InputError(f"{place}.{key}", f"{value:g}", "above zero")
-        return value
-
-    return Motor(
-        ratio,
-        forward,
-        back,
-        amount(drive.rotor, parameters, INERTIA if turns else MASS, f"{place}.rotor"),
-        constant,
-        limit("max_effort", effort),
-        limit("max_speed", ANGULAR_VELOCITY if angle else VELOCITY),
-        limit("max_power", POWER),
-        limit("max_torque", torque),
-        limit("stiffness", _per(angle, 0)),
-        turns,
-    )
-
-
-def _nonzero(text: Quantity, parameters: Parameters, dimension: Dimension, place: str) -> float:
-    value = parameters.evaluate(text, dimension, place)
-    if not abs(value) > 0.0:
-        raise InputError(place, f"{value:g}", "a number that is not zero")
-    return value
-
-
-def _part(text: Quantity, parameters: Parameters, place: str) -> float:
-    value = parameters.evaluate(text, BARE, place)
-    if not 0.0 <= value <= 1.0:
-        raise InputError(place, f"{value:g}", "from 0 to 1")
-    return value
-
-
-class _Forces:
-    """The tables of `forces`, one kind after the other."""
-
-    def __init__(
-        self,
-        mechanism: Mechanism,
-        parameters: Parameters,
-        bodies: Mapping[str, int],
-        points: Points,
-    ) -> None:
-        self.tables = mechanism.forces
-        self.parameters, self.place = parameters, f"{mechanism.where}: forces"
-        self.known = {name: (k, ZERO) for name, k in bodies.items()} | dict(points)
-
-    def _at(self, name: str, place: str) -> tuple[int, Vector[float]]:
-        if name not in self.known:
-            found = f"unknown body or point {name!r}"
-            raise InputError(place, found, nearest(name, self.known))
-        return self.known[name]
-
-    def springs(self) -> tuple[PointSpring, ...]:
-        made = []
-        for name, table in self.tables.items():
-            if not isinstance(table, SpringBetween):
-                continue
-            place = f"{self.place}.{name}"
-            first, second = (self._at(end, f"{place}.between") for end in table.between)
-            if first[0] == second[0]:
-                raise InputError(f"{place}.between", "two points of one body", "of two bodies")
-            stiffness, damping = (
-                amount(getattr(table, key), self.parameters, _per(False, order), f"{place}.{key}")
-                for order, key in enumerate(("stiffness", "damping"))
-            )
-            length = amount(table.length, self.parameters, LENGTH, f"{place}.length")
-            made.append(PointSpring(name, (first, second), stiffness, damping, length))
-        return tuple(made)
-
-    def wrenches(self) -> tuple[BodyWrench, ...]:
-        made = []
-        for name, table in self.tables.items():
-            if not isinstance(table, AppliedWrench):
-                continue
-            place = f"{self.place}.{name}"
-            body, point = self._at(table.at, f"{place}.at")
-            force = evaluated(table.force, self.parameters, f"{place}.force", FORCE)
-            moment = evaluated(table.moment, self.parameters, f"{place}.moment", TORQUE)
-            if table.csv is not None and (table.law is not None or any(force) or any(moment)):
-                raise InputError(f"{place}.csv", "a file beside a law or values", "one of them")
-            turns = table.axes == "body"
-            made.append(BodyWrench(name, body, point, force, moment, turns, table.law, table.csv))
-        return tuple(made)
-
-    def loads(self) -> tuple[Load, ...]:
-        made = []
-        for name, table in self.tables.items():
-            if not isinstance(table, Payload):
-                continue
-            place = f"{self.place}.{name}"
-            body, com = self._at(table.at, f"{place}.at")
-            mass = amount(table.mass, self.parameters, MASS, f"{place}.mass")
-            tensor = NOTHING
-            if table.inertia is not None:
-                tensor = tensor_of(table.inertia, self.parameters, f"{place}.inertia")
-                if mass == 0.0 and any(any(row) for row in tensor):
-                    found = "an inertia of no mass"
-                    raise InputError(f"{place}.inertia", found, "a mass above zero")
-            if body == 0:
-                raise InputError(f"{place}.at", "a payload on the base", "one on a body that moves")
-            made.append(Load(name, body, Mass(mass, com, tensor)))
-        return tuple(made)

@@ -19,8 +19,8 @@ from parakin.kinematics.assembly import neighbours
 from parakin.kinematics.configuration import Configuration, configure
 from parakin.mechanics.reactions import SIZE, JointAt, indeterminate, joints_at
 from parakin.mechanics.resistance import AT_REST
-from parakin.model.dynamics import Motor
 from parakin.model.evaluation import graph_of
+from parakin.model.motors import Motor
 from parakin.planning.holding import holding_rows
 from parakin.planning.plan import Plan
 

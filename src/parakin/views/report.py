@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from parakin.analysis.indeterminacy import indeterminacy
 from parakin.analysis.mobility import mobility
 from parakin.analysis.singularities import Closeness, singularities
 from parakin.arrays import PER_TIME
@@ -28,6 +29,7 @@ from parakin.solving.stops import keeps
 from parakin.version import __version__
 from parakin.views.extremes import Extremes
 from parakin.views.force_text import warnings
+from parakin.views.reaction_text import reaction_lines
 from parakin.views.report_curves import (
     coordinate_curves,
     driven_curves,
@@ -180,8 +182,10 @@ def _dimensions(solver: Solver) -> str:
 
 def _mobility(solver: Solver) -> str:
     graph = solver.graph
-    found = mobility(graph, assembled(graph), len(graph.mechanism.driven))
-    return lines(mobility_lines(graph, found)[1:])  # the section has the heading
+    home = assembled(graph)
+    found = mobility(graph, home, len(graph.mechanism.driven))
+    said = mobility_lines(graph, found)[1:]  # the section has the heading
+    return lines([*said, *reaction_lines(indeterminacy(graph, home))])
 
 
 # ---- the motion

@@ -11,7 +11,7 @@ import numpy as np
 
 from parakin.analysis.singularities import Closeness
 from parakin.arrays import ORDERS, PER_TIME, FloatArray
-from parakin.model.dynamics import Motor
+from parakin.model.motors import Motor
 from parakin.views.extremes import Extremes
 from parakin.views.flags import flagged_spans
 from parakin.views.force_extremes import ForceExtremes
