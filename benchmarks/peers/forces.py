@@ -1,0 +1,140 @@
+"""Efforts of the 6-UPS along its tour: the same masses and motion on parakin and its peers.
+
+    python -m benchmarks.peers.forces
+
+Peers load what `parakin export` writes, and are given positions, velocities and accelerations of
+all joints of the open tree. Their inverse dynamics know nothing of the loops: the forces in these,
+and with them the efforts, are the user's, from the Jacobians that the engine gives. parakin is
+given the platform's motion, and finds the joints' by itself. Differences are the largest over 1,000
+poses. Nothing else should run.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+import parakin
+from benchmarks.peers.ways import COUNT, Floats
+from benchmarks.timing import best, machine
+from parakin.model.dynamics import STANDARD_GRAVITY
+
+NAME, MOTION = "gough-stewart", "tour"
+ACTUATED = [f"P{i}" for i in range(1, 7)]
+State = dict[str, Floats]  # by coordinate: position, velocity and acceleration, (3, n)
+Efforts = Callable[[int], Floats]  # of one sample
+
+
+def solved() -> tuple[State, Floats, float]:
+    """Every coordinate's motion, parakin's efforts (6, n), and its time of one in a batch."""
+    every = parakin.compile(NAME, coordinates="all")
+    samples = every.motion(MOTION, rate=(COUNT - 1) / 10).samples()
+    given = samples.position, samples.velocity, samples.acceleration
+    tick = every.at(*given)
+    orders = np.stack([tick.position, tick.velocity, tick.acceleration])
+    state = {name: orders[:, row] for row, name in enumerate(every.coordinates)}
+    lean = parakin.compile(NAME, coordinates=ACTUATED, checks=False)
+    forces = lean.at(*given, forces=True).forces
+    assert forces is not None
+    return state, forces.effort, best(lambda: lean.at(*given, forces=True)) / COUNT
+
+
+def balanced(needed: Floats, loops: Floats, moved: list[int]) -> Floats:
+    """Efforts, where efforts and forces in the loops give what the tree's joints need."""
+    by = np.zeros((len(needed), len(loops) + len(moved)))
+    by[:, : len(loops)] = loops.T
+    by[moved, range(len(loops), by.shape[1])] = 1.0
+    return np.asarray(np.linalg.solve(by, needed)[len(loops) :], dtype=float)
+
+
+def of_mujoco(state: State, folder: Path) -> Efforts:
+    import mujoco
+
+    (path,) = parakin.export(NAME, folder / "model.xml")
+    model = mujoco.MjModel.from_xml_path(str(path))
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT  # soft, and so no loops
+    data = mujoco.MjData(model)
+    names = [model.joint(k).name for k in range(model.njnt)]
+    moved = [int(model.joint(name).dofadr[0]) for name in ACTUATED]
+    sites = [(int(a), int(b)) for a, b in zip(model.eq_obj1id, model.eq_obj2id, strict=True)]
+    q, qd, qdd = (np.array([state[name][k] for name in names]) for k in range(3))
+    one, other = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+
+    def efforts(k: int) -> Floats:
+        data.qpos[:], data.qvel[:], data.qacc[:] = q[:, k], qd[:, k], qdd[:, k]
+        mujoco.mj_inverse(model, data)
+        rows = []
+        for a, b in sites:
+            mujoco.mj_jacSite(model, data, one, None, a)
+            mujoco.mj_jacSite(model, data, other, None, b)
+            rows.append(one - other)
+        return balanced(data.qfrc_inverse, np.concatenate(rows), moved)
+
+    return efforts
+
+
+def of_pinocchio(state: State, folder: Path) -> Efforts:
+    import pinocchio as pin
+
+    path, loops = parakin.export(NAME, folder / "model.urdf")
+    assert loops.exists()
+    model = pin.buildModelFromUrdf(str(path))
+    model.gravity.linear = np.array([0.0, 0.0, -STANDARD_GRAVITY])  # not in the file; 9.81 there
+    data = model.createData()
+    names = list(model.names)[1:]
+    moved = [int(model.joints[model.getJointId(name)].idx_v) for name in ACTUATED]
+    ends = [(f"S{i}_A", f"S{i}_B") for i in range(1, 7)]
+    frames = [(model.getFrameId(a), model.getFrameId(b)) for a, b in ends]
+    values, qd, qdd = (np.array([state[name][k] for name in names]) for k in range(3))
+    q = np.concatenate([_configured(model, name, state[name][0]) for name in names])
+    assert len(values) == model.nv
+    world: Any = pin.LOCAL_WORLD_ALIGNED
+
+    def efforts(k: int) -> Floats:
+        needed = pin.rnea(model, data, q[:, k], qd[:, k], qdd[:, k])
+        pin.computeJointJacobians(model, data, q[:, k])
+        pin.updateFramePlacements(model, data)
+        rows = [
+            pin.getFrameJacobian(model, data, a, world)[:3]
+            - pin.getFrameJacobian(model, data, b, world)[:3]
+            for a, b in frames
+        ]
+        return balanced(needed, np.concatenate(rows), moved)
+
+    return efforts
+
+
+def _configured(model: Any, name: str, values: Floats) -> Floats:
+    """As the engine has it: an angle without limits by its cosine and sine."""
+    turns = model.joints[model.getJointId(name)].nq == 2
+    return np.stack([np.cos(values), np.sin(values)]) if turns else values[None, :]
+
+
+def main() -> None:
+    state, ours, seconds = solved()
+    print(f"{machine()}\n")
+    print("| 6-UPS, efforts | largest difference from parakin | a pose |\n|---|---|---|")
+    print(f"| parakin {version('parakin')}, kinematics included | | {1e9 * seconds:.0f} ns |")
+    for title, distribution, build in (
+        ("MuJoCo {}, `mj_inverse`", "mujoco", of_mujoco),
+        ("Pinocchio {}, `rnea`", "pin", of_pinocchio),
+    ):
+        with TemporaryDirectory() as folder:
+            efforts = build(state, Path(folder))
+        found = np.array([efforts(k) for k in range(COUNT)]).T
+        start = time.perf_counter()
+        for k in range(COUNT):
+            efforts(k)
+        each = (time.perf_counter() - start) / COUNT
+        off = np.abs(found - ours).max()
+        print(f"| {title.format(version(distribution))} | {off:.0e} N | {1e6 * each:.0f} µs |")
+
+
+if __name__ == "__main__":
+    main()
