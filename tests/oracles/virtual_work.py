@@ -1,4 +1,4 @@
-"""Efforts by d'Alembert's principle from nothing but poses: an oracle for inverse dynamics.
+"""Efforts by d'Alembert's principle, and energies, from nothing but poses: an oracle for dynamics.
 
 Bodies' poses are asked for at Chebyshev's nodes, along the motion and along each driven coordinate;
 velocities, accelerations and virtual displacements are derivatives of the polynomials through them.
@@ -103,3 +103,43 @@ def efforts(
         for k in range(len(lumps)):
             needed[j] += forces[k] @ dp[k] + moments[k] @ _vee(dR[k] @ here.R[k].T)
     return np.asarray(np.linalg.solve(rates, needed), dtype=float)
+
+
+@dataclass(frozen=True)
+class Energies:
+    """Kinetic and potential energy at the middle of the time, and how fast their sum grows."""
+
+    kinetic: float
+    potential: float
+    rate: float
+
+
+def energies(
+    solver: Solver,
+    lumps: Mapping[str, Lump],
+    gravity: Array,
+    state: tuple[Array, Array, Array],
+    span: float,
+) -> Energies:
+    """Of the bodies, from nothing but their poses near driven values with these rates."""
+    y, yd, ydd = state
+    poses = [
+        _poses(solver, lumps, (), y + t * yd + 0.5 * t * t * ydd) for t in (span * _T).tolist()
+    ]
+    p, R = np.array([each.p for each in poses]), np.array([each.R for each in poses])
+    v, R1 = _rates(p, span), _rates(R, span)
+    kinetic, potential = np.zeros(NODES), np.zeros(NODES)
+    for k, lump in enumerate(lumps.values()):
+        for node in range(NODES):
+            w = R[node, k].T @ _vee(R1[node, k] @ R[node, k].T)  # in the body's axes
+            kinetic[node] += 0.5 * lump.mass * v[node, k] @ v[node, k] + 0.5 * w @ lump.inertia @ w
+        potential -= lump.mass * p[:, k] @ gravity
+    middle = [float(derivative(each, span, 0)) for each in (kinetic, potential)]
+    return Energies(middle[0], middle[1], float(derivative(kinetic + potential, span, 1)))
+
+
+def _rates(values: Array, span: float) -> Array:
+    """Derivatives at all nodes, from values (NODES, ...) there."""
+    coefficients = chebyshev.chebfit(_T, values.reshape(NODES, -1), NODES - 1)
+    found = chebyshev.chebval(_T, chebyshev.chebder(coefficients)) / span
+    return np.asarray(found, dtype=float).T.reshape(values.shape)

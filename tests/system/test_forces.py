@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, event, given, settings
 from random_mechanisms import Example, examples
-from virtual_work import Lump, efforts
+from virtual_work import Lump, efforts, energies
 
 import parakin
 from parakin import Body, Mechanism
@@ -66,6 +66,26 @@ def test_efforts_are_those_of_virtual_work_on_bare_poses(name: str) -> None:
         assert tick.forces.actuators == tuple(actuated)
         truth = efforts(solver, lumps, GRAVITY, actuated, (y, yd, ydd), 0.02, 0.01)
         assert tick.forces.effort == pytest.approx(truth, rel=1e-9, abs=1e-9 * np.abs(truth).max())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_power_is_what_the_energies_of_bare_poses_gain(name: str) -> None:
+    mechanism, lumps = thrown(parakin.load(name), seed=2 * len(name))
+    solver = parakin.compile(mechanism, coordinates="all")
+    rng = np.random.default_rng(4)
+    home = np.array([solver.home[c] for c in solver.driven])
+    graph = solver.graph
+    unit = np.array([1.0 if graph.is_angle(c) else graph.length for c in solver.driven])
+    y = home + 0.01 * unit * rng.uniform(-1.0, 1.0, len(home))
+    yd, ydd = (unit * rng.uniform(-1.0, 1.0, len(home)) for _ in range(2))
+    forces = solver.at(y, yd, ydd, energies=True).forces
+    assert forces is not None
+    truth = energies(solver, lumps, GRAVITY, (y, yd, ydd), 0.02)
+    size = np.abs(forces.power).sum()
+    assert forces.power.sum() == pytest.approx(truth.rate, abs=1e-9 * size)
+    assert forces.kinetic == pytest.approx(truth.kinetic, rel=1e-9)
+    assert forces.potential == pytest.approx(truth.potential, rel=1e-9)
+    assert forces.lost == forces.applied == 0.0
 
 
 def moved_by(mechanism: Mechanism, names: Sequence[str]) -> Mechanism:
