@@ -1,4 +1,4 @@
-"""Where arrows stand for the efforts of actuators: on their joints, along their axes."""
+"""Where arrows stand for efforts, on their joints along their axes, and for forces in joints."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from parakin.arrays import BoolArray, FloatArray
+from parakin.mechanics.reactions import JointAt
 from parakin.model.graph import Graph
 
 COLOURS = {"N": (200, 30, 70), "N m": (120, 60, 190)}  # of forces and of moments
+REACTIONS = (20, 110, 190)  # the colour of forces in joints
 LONGEST = 0.3  # of a mechanism's size: the arrow of the largest effort
 
 
@@ -76,6 +78,32 @@ class ForceArrows:
         start = p[children] + np.einsum("nij,nj->ni", R[children], self._places)
         along = np.einsum("nij,nj->ni", R[bodies], self._axes)
         return np.stack([start, start + LONGEST * self.size * parts[:, None] * along], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class JointArrows:
+    """Arrows of what joints exert on their children, of a mechanism of this `size` [m]: they begin
+    at the joint's origin on its child.
+    """
+
+    joints: tuple[JointAt, ...]
+    size: float
+
+    def at(self, R: FloatArray, p: FloatArray, forces: FloatArray, largest: float) -> FloatArray:
+        """Starts and ends (joints, 2, 3) of arrows, given all bodies' R (bodies, 3, 3) and p
+        (bodies, 3), the base's too; forces (joints, 3) along the joints' axes on their parents;
+        largest: what the longest arrow is for. Unknown forces have arrows of no length.
+        """
+        children = [joint.child for joint in self.joints]
+        parents = [joint.parent for joint in self.joints]
+        places = np.array([joint.M.p for joint in self.joints], dtype=float)
+        axes = np.array([joint.F.R for joint in self.joints], dtype=float)
+        start = p[children] + np.einsum("nij,nj->ni", R[children], places)
+        along = np.einsum("nij,njk,nk->ni", R[parents], axes, np.nan_to_num(forces))
+        unknown = ~np.isfinite(forces).all(axis=1)
+        along[unknown] = 0.0
+        scale = LONGEST * self.size / largest if largest > 0.0 else 0.0
+        return np.stack([start, start + scale * along], axis=1)
 
 
 def largest_of(efforts: FloatArray, units: Sequence[str]) -> FloatArray:

@@ -9,8 +9,9 @@ import numpy as np
 import pendulum
 import pytest
 
+import parakin
 from parakin.model.evaluation import graph_of
-from parakin.views.browser.efforts import Efforts
+from parakin.views.browser.efforts import Efforts, Reactions
 from parakin.views.force_arrows import LONGEST
 
 
@@ -58,3 +59,26 @@ def test_efforts_that_are_none_or_unknown_have_no_arrow() -> None:
         assert len(api.nodes) == int(effort > 0.0)
     efforts.hide()
     assert api.nodes == []
+
+
+def test_forces_in_joints_are_along_the_joints_axes() -> None:
+    """A pendulum at rest, carried by its pivot: an arrow upwards, to the scale of the largest."""
+    api = Api()
+    solver = parakin.compile(pendulum.pendulum())
+    joints = tuple(solver.mechanics.joints.values())
+    tick = solver.at([0.3], reactions=True)
+    assert tick.forces is not None
+    force = tick.forces.reaction_force
+    reactions = Reactions(api, "/mechanism", 1.0)
+    reactions.scale_to(2.0 * force[None])
+    poses = solver.poses(np.array([0.3]), tick)
+    reactions.show(*poses, joints, force)
+    (node,) = api.nodes
+    gravity = np.array(solver.graph.dynamics.gravity)
+    up = -gravity / np.linalg.norm(gravity)
+    arrow = node.points[0, 1] - node.points[0, 0]
+    assert arrow == pytest.approx(0.5 * LONGEST * up, abs=1e-6)
+    reactions.show(*poses, joints, np.full((1, 3), np.nan))
+    assert api.nodes == []
+    reactions.hide()
+    assert len(reactions.points) == 0

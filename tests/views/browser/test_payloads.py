@@ -85,13 +85,38 @@ def test_a_heavier_payload_takes_more(page: Page) -> None:
     assert page.said == []
 
 
-def test_a_mechanism_without_masses_has_neither(simulator: Page) -> None:
+def test_a_mechanism_without_masses_has_neither(browser: Any) -> None:
+    with viewed(browser, "four-bar") as linkage:
+        until(lambda: linkage.session.playback is not None)
+        assert linkage.session.playback is not None
+        assert linkage.session.playback.forces is None
+        assert linkage.session.loads == {}
+        assert not linkage.page.get_by_text("Payloads").is_visible()
+        assert not linkage.page.get_by_text(re.compile("effort")).is_visible()
+
+
+def test_forces_in_joints_are_shown_where_they_are_wanted(simulator: Page) -> None:
+    """All but those that are indeterminate."""
     until(lambda: simulator.session.playback is not None)
-    assert simulator.session.playback is not None
-    assert simulator.session.playback.forces is None
-    assert simulator.session.loads == {}
-    assert not simulator.page.get_by_text("Payloads").is_visible()
-    assert not simulator.page.get_by_text(re.compile("effort")).is_visible()
+    session = simulator.session
+    assert len(session.scene.reactions.points) == 0
+    simulator.tab("Show")
+    simulator.page.get_by_label("Forces in the joints").click()
+    until(lambda: len(session.scene.reactions.points) > 0)
+    playback = session.playback
+    assert playback is not None
+    assert playback.forces is not None
+    assert playback.forces.reactions is not None
+    names = [joint.name for joint in playback.forces.joints]
+    assert np.isfinite(playback.forces.reactions[:, names.index("B4")]).all()
+    simulator.tab("Drive")
+    simulator.press("Home")
+    until(lambda: session.drive_tab.drive is not None)
+    until(lambda: len(session.scene.reactions.points) > 0)
+    simulator.tab("Show")
+    simulator.page.get_by_label("Forces in the joints").click()
+    until(lambda: len(session.scene.reactions.points) == 0)
+    simulator.tab("Play")
 
 
 def test_wrenches_that_change_with_time_do_not_act_at_rest(tmp_path: Path) -> None:

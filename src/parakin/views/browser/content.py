@@ -177,16 +177,21 @@ class Content:
         return found
 
     def playback(
-        self, loaded: LoadedMechanism, motion: str, loads: Mapping[str, float] | None = None
+        self,
+        loaded: LoadedMechanism,
+        motion: str,
+        loads: Mapping[str, float] | None = None,
+        *,
+        reactions: bool = False,
     ) -> Playback:
-        """Solve one of the mechanism's motions. loads: masses of payloads [kg] instead of the
-        file's. Raises InputError.
+        """Solve one of the mechanism's motions; loads, reactions as of `playback_of`. Raises
+        InputError.
         """
         if loaded.solver is None or motion not in loaded.motions:
             raise InputError(
                 "motion", repr(motion), f"one of {', '.join(loaded.motions) or 'none'}"
             )
-        return playback_of(loaded.solver, motion, loads)
+        return playback_of(loaded.solver, motion, loads, reactions=reactions)
 
 
 def read_mesh(path: Path) -> Mesh:

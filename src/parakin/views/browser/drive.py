@@ -18,6 +18,7 @@ from parakin.algebra.angles import nearest_angle
 from parakin.analysis.freedom import freedom_at, outputs_of
 from parakin.arrays import BoolArray, FloatArray
 from parakin.errors import InputError, ParakinError
+from parakin.mechanics.reactions import JointAt
 from parakin.model.mechanism import Mechanism
 from parakin.solving.compiler import compile as compile_mechanism
 from parakin.solving.forces import Forces
@@ -92,9 +93,9 @@ class Drive:
         self.y, self.tick = y, tick
         return True
 
-    def forces(self, loads: Mapping[str, float]) -> Forces | None:
+    def forces(self, loads: Mapping[str, float], *, reactions: bool = False) -> Forces | None:
         """What holds the pose at rest, without wrenches that change with time; None if there are
-        no forces. loads: masses of payloads [kg].
+        no forces. loads: masses of payloads [kg]; reactions: forces in joints too.
         """
         if self.solver.no_forces:
             return None
@@ -102,8 +103,14 @@ class Drive:
         none = {w.name: np.zeros(w.inputs) for w in wrenches if w.inputs > 1}
         none |= {w.name: np.zeros(()) for w in wrenches if w.inputs == 1}
         guess = self.tick.position
-        tick = self.solver.at(self.y, guess=guess, forces=True, loads={**none, **loads})
+        given: dict[str, FloatArray | float] = {**none, **loads}
+        tick = self.solver.at(self.y, guess=guess, forces=True, reactions=reactions, loads=given)
         return tick.forces
+
+    @property
+    def joints(self) -> tuple[JointAt, ...]:
+        """Where forces in joints act."""
+        return tuple(self.solver.mechanics.joints.values())
 
     @property
     def values(self) -> dict[str, float]:

@@ -34,6 +34,10 @@ class Page(Protocol):
     def loads(self) -> Mapping[str, float]:
         """Masses of payloads [kg]."""
 
+    @property
+    def reactions(self) -> bool:
+        """Whether forces in the joints are shown."""
+
     def on(self, event: Callable[[Any], Any], act: Callable[[], None]) -> None:
         """Call `act` when the user operates a control; event: such as the control's `on_update`."""
 
@@ -318,7 +322,7 @@ class DriveTab:
             len(drive.solver.graph.limited),
             drive.tick.why(),
         )
-        forces = drive.forces(self._page.loads)
+        forces = drive.forces(self._page.loads, reactions=self._page.reactions)
         with self._page.client.atomic():
             self._page.show_pose(drive.solver.poses(drive.y, drive.tick), state, forces)
             self._show_efforts(efforts_message(forces))

@@ -1,4 +1,4 @@
-"""Arrows in a scene for the efforts of actuators: one node, so that a pose takes one message."""
+"""Arrows in a scene for the efforts of actuators and for the forces in joints."""
 
 from __future__ import annotations
 
@@ -9,8 +9,16 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from parakin.arrays import FloatArray
+from parakin.mechanics.reactions import JointAt
 from parakin.model.graph import Graph
-from parakin.views.force_arrows import COLOURS, LONGEST, ForceArrows, largest_of
+from parakin.views.force_arrows import (
+    COLOURS,
+    LONGEST,
+    REACTIONS,
+    ForceArrows,
+    JointArrows,
+    largest_of,
+)
 
 _SHORTEST = 0.02  # of the longest: what is shorter is not shown
 _SHAFT, _HEAD, _HEAD_LENGTH = 0.006, 0.015, 0.04  # of the mechanism's size
@@ -20,12 +28,10 @@ class Efforts:
     """The node, below `root`. Arrows are to the scale of the largest efforts shown so far."""
 
     def __init__(self, api: Any, root: str, graph: Graph, size: float) -> None:
-        self._api, self._name, self._graph, self._size = api, f"{root}/.efforts", graph, size
+        self._node = _Arrows(api, f"{root}/.efforts", size)
+        self._graph, self._size = graph, size
         self._arrows: ForceArrows | None = None
         self._largest: dict[str, float] = {}
-        self._node: Any = None
-        self._shown: tuple[int, ...] = ()
-        self.points = np.zeros((0, 2, 3))
 
     def scale_to(self, efforts: FloatArray, units: Sequence[str]) -> None:
         """Let the longest arrows be for efforts (n, actuators) if these are larger than before."""
@@ -44,27 +50,89 @@ class Efforts:
         if self._arrows is None or self._arrows.actuators != actuators:
             self._arrows = ForceArrows(self._graph, actuators, self._size)
         self.scale_to(efforts[None], units)
-        R = np.concatenate(
-            [np.eye(3)[None], Rotation.from_quat(wxyz, scalar_first=True).as_matrix()]
-        )
-        p = np.concatenate([np.zeros((1, 3)), position])
+        R, p = _placed(position, wxyz)
         largest = np.array([self._largest[unit] for unit in units])
         points = self._arrows.at(R, p, efforts, largest)
+        numbers = self._arrows.shown
+        self._node.show(points, numbers, [COLOURS[units[k]] for k in numbers])
+
+    @property
+    def points(self) -> FloatArray:
+        """Starts and ends of the arrows shown."""
+        return self._node.points
+
+    def hide(self) -> None:
+        """Show no arrows."""
+        self._node.hide()
+
+
+class Reactions:
+    """The node of the forces in joints, below `root`, to the scale of the largest shown so far."""
+
+    def __init__(self, api: Any, root: str, size: float) -> None:
+        self._node = _Arrows(api, f"{root}/.reactions", size)
+        self._size, self._largest = size, 0.0
+
+    @property
+    def points(self) -> FloatArray:
+        """Starts and ends of the arrows shown."""
+        return self._node.points
+
+    def scale_to(self, forces: FloatArray) -> None:
+        """Let the longest arrow be for forces (..., 3) if these are larger than before."""
+        sizes = np.linalg.norm(np.nan_to_num(forces), axis=-1)
+        self._largest = max(float(sizes.max(initial=0.0)), self._largest)
+
+    def show(
+        self,
+        position: FloatArray,
+        wxyz: FloatArray,
+        joints: tuple[JointAt, ...],
+        forces: FloatArray,
+    ) -> None:
+        """Show forces (joints, 3) at a pose of all bodies but the base."""
+        self.scale_to(forces)
+        R, p = _placed(position, wxyz)
+        points = JointArrows(joints, self._size).at(R, p, forces, self._largest)
+        self._node.show(points, range(len(joints)), [REACTIONS] * len(joints))
+
+    def hide(self) -> None:
+        """Show no arrows."""
+        self._node.hide()
+
+
+def _placed(position: FloatArray, wxyz: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """R (bodies, 3, 3) and p (bodies, 3) of all bodies, the base's too."""
+    R = Rotation.from_quat(wxyz, scalar_first=True).as_matrix()
+    return np.concatenate([np.eye(3)[None], R]), np.concatenate([np.zeros((1, 3)), position])
+
+
+class _Arrows:
+    """Arrows in one node, so that a pose takes one message."""
+
+    def __init__(self, api: Any, name: str, size: float) -> None:
+        self._api, self._name, self._size = api, name, size
+        self._node: Any = None
+        self._shown: tuple[int, ...] = ()
+        self.points = np.zeros((0, 2, 3))
+
+    def show(
+        self, points: FloatArray, numbers: Sequence[int], colours: Sequence[tuple[int, int, int]]
+    ) -> None:
+        """Show arrows (n, 2, 3), those that are long enough; numbers tell them apart."""
         length = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
         long = np.flatnonzero(length > _SHORTEST * LONGEST * self._size)
-        shown = tuple(self._arrows.shown[k] for k in long.tolist())
+        shown = tuple(numbers[k] for k in long.tolist())
         if shown != self._shown:
             self.hide()
             if shown:
-                self._add(shown, points[long], [COLOURS[units[k]] for k in shown])
+                self._add(points[long], [colours[k] for k in long.tolist()])
+                self._shown = shown
         elif self._node is not None:
             self._node.points = points[long].astype(np.float32)
         self.points = points[long]
 
-    def _add(
-        self, shown: tuple[int, ...], points: FloatArray, colours: list[tuple[int, int, int]]
-    ) -> None:
-        self._shown = shown
+    def _add(self, points: FloatArray, colours: Sequence[tuple[int, int, int]]) -> None:
         self._node = self._api.add_arrows(
             self._name,
             points.astype(np.float32),

@@ -10,6 +10,7 @@ import numpy as np
 
 from parakin.arrays import ORDERS, BoolArray, FloatArray, IntArray
 from parakin.errors import InputError
+from parakin.mechanics.reactions import JointAt
 from parakin.model.limits import Limit
 from parakin.solving.results import stop_words
 from parakin.solving.solver import Solver
@@ -27,12 +28,16 @@ _WINDOW = 100_000
 
 @dataclass(frozen=True)
 class PlayedForces:
-    """Of actuators, by name, with "N" or "N m" of each: effort and power (n, actuators)."""
+    """Of actuators, by name, with "N" or "N m" of each: effort and power (n, actuators). Of joints,
+    if they are asked for: forces (n, joints, 3) on their children, along their axes.
+    """
 
     actuators: tuple[str, ...]
     units: tuple[str, ...]
     effort: FloatArray
     power: FloatArray
+    joints: tuple[JointAt, ...] = ()
+    reactions: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -85,14 +90,24 @@ class Playback:
         return dict(zip(self.coordinates, self.q[self.index(at)].tolist(), strict=True))
 
 
-def playback_of(solver: Solver, name: str, loads: Mapping[str, float] | None = None) -> Playback:
+def playback_of(
+    solver: Solver,
+    name: str,
+    loads: Mapping[str, float] | None = None,
+    *,
+    reactions: bool = False,
+) -> Playback:
     """Solve a motion up to the first sample that fails. loads: masses of payloads [kg] instead of
-    the file's. Raises InputError.
+    the file's; reactions: whether forces in joints are asked for. Raises InputError.
     """
     motion = solver.motion(name)
     stride = max(1, -(-motion.count // _SAMPLES))
     forces = not solver.no_forces
-    windows = enumerate(solver.stream(motion, _WINDOW, bodies=True, forces=forces, loads=loads))
+    reactions &= forces
+    streamed = solver.stream(
+        motion, _WINDOW, bodies=True, forces=forces, reactions=reactions, loads=loads
+    )
+    windows = enumerate(streamed)
     ds = joined([every(stride, window, k * _WINDOW) for k, window in windows])
     solved = np.isin(ds["status"].values, SOLVED)
     count = len(solved) if solved.all() else int(np.argmin(solved))
@@ -126,16 +141,19 @@ def playback_of(solver: Solver, name: str, loads: Mapping[str, float] | None = N
         ds["excess"].values,
         stop,
         f", one sample in {stride}" if stride > 1 else "",
-        _forces(ds) if forces else None,
+        _forces(solver, ds) if forces else None,
     )
 
 
-def _forces(ds: xr.Dataset) -> PlayedForces:
+def _forces(solver: Solver, ds: xr.Dataset) -> PlayedForces:
+    asked = "reaction_force" in ds
     return PlayedForces(
         tuple(ds["actuator"].values.tolist()),
         tuple(ds["effort_unit"].values.tolist()),
         ds["effort"].values,
         ds["power"].values,
+        tuple(solver.mechanics.joints.values()) if asked else (),
+        ds["reaction_force"].values if asked else None,
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from parakin.arrays import FloatArray
-from parakin.views.browser.efforts import Efforts
+from parakin.views.browser.efforts import Efforts, Reactions
 from parakin.views.solids.drawing import COLOURS, Drawing
 from parakin.views.solids.shapes import Bar, Mesh, joined, mesh
 from parakin.views.thinning import thinned
@@ -61,6 +61,7 @@ class Scene:
         view = self.drawing.view
         self.trace_node: Any = None
         self.efforts = Efforts(self.api, _ROOT, graph, min(size, float(view.span)))
+        self.reactions = Reactions(self.api, _ROOT, min(size, float(view.span)))
         self._floor(view.up)
 
     def _node(self, body: str, part: str = "") -> str:

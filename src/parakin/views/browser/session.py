@@ -15,6 +15,7 @@ from typing import Any
 
 from parakin.arrays import FloatArray
 from parakin.errors import ParakinError
+from parakin.mechanics.reactions import JointAt
 from parakin.solving.forces import Forces
 from parakin.views.browser.content import Content, LoadedMechanism
 from parakin.views.browser.drive_tab import DriveTab
@@ -78,6 +79,7 @@ class Session:
             self._frames = gui.add_checkbox("Frames of bodies", initial_value=False)
             self._names = gui.add_checkbox("Names", initial_value=False)
             self._arrows = gui.add_checkbox("Efforts of the actuators", initial_value=True)
+            self._reactions = gui.add_checkbox("Forces in the joints", initial_value=False)
         self._payloads = Payloads(self, self._load)
         panel = gui.add_panel()
         with panel.add_tab("Actuators"):
@@ -93,6 +95,7 @@ class Session:
         self.on(self._frames.on_update, lambda: self.scene.show_frames(self._frames.value))
         self.on(self._names.on_update, lambda: self.scene.show_names(self._names.value))
         self.on(self._arrows.on_update, self._show_again)
+        self.on(self._reactions.on_update, self._load)
         self.on(self._button.on_click, self.toggle)
 
     def on(self, event: Callable[[Any], Any], act: Callable[[], None]) -> None:
@@ -167,7 +170,7 @@ class Session:
             self.playback = None
             self._state_text = "at home"
             forced = loaded.solver is not None and not loaded.solver.no_forces
-            self._arrows.visible = forced
+            self._arrows.visible = self._reactions.visible = forced
             self._payloads.show(loaded.graph if forced else None)
             self.drive_tab.show(loaded)
             self._motion.options = list(loaded.motions) or [_NO_MOTION]
@@ -196,7 +199,7 @@ class Session:
             return
         self.show_progress("solving …")
         try:
-            playback = self.content.playback(self.loaded, name, self.loads)
+            playback = self._solved(name)
         except ParakinError:
             if self.playback is not None:
                 self._motion.value = self.playback.name
@@ -220,10 +223,13 @@ class Session:
         """Masses of payloads [kg]."""
         return self._payloads.masses
 
+    def _solved(self, name: str) -> Playback:
+        return self.content.playback(self.loaded, name, self.loads, reactions=self.reactions)
+
     def _load(self) -> None:
-        """Find the forces again, as payloads have changed."""
+        """Find the forces again, with other payloads or in other places."""
         if self.playback is not None:
-            self.playback = self.content.playback(self.loaded, self.playback.name, self.loads)
+            self.playback = self._solved(self.playback.name)
             self._scale_arrows()
             with self.client.atomic():
                 self._plots.show_forces(self.playback)
@@ -233,6 +239,8 @@ class Session:
         forces = None if self.playback is None else self.playback.forces
         if forces is not None:
             self.scene.efforts.scale_to(forces.effort, forces.units)
+            if forces.reactions is not None:
+                self.scene.reactions.scale_to(forces.reactions)
 
     def _show_again(self) -> None:
         """Show the pose as it is, with other forces."""
@@ -241,13 +249,28 @@ class Session:
         elif self.playback is not None:
             self._frame(self.time, full=True)
 
-    def _show_efforts(
-        self, poses: tuple[FloatArray, FloatArray], forces: Forces | PlayedForces, now: FloatArray
+    def _show_forces(
+        self,
+        poses: tuple[FloatArray, FloatArray],
+        forces: Forces | PlayedForces,
+        now: FloatArray,
+        joints: tuple[JointAt, ...],
+        reactions: FloatArray | None,
     ) -> None:
+        """Arrows of efforts and of forces in joints, as far as they are wanted."""
         if self._arrows.value:
             self.scene.efforts.show(*poses, forces.actuators, forces.units, now)
         else:
             self.scene.efforts.hide()
+        if self.reactions and reactions is not None and joints:
+            self.scene.reactions.show(*poses, joints, reactions)
+        else:
+            self.scene.reactions.hide()
+
+    @property
+    def reactions(self) -> bool:
+        """Whether forces in the joints are shown."""
+        return bool(self._reactions.value)
 
     def _trace(self) -> None:
         playback = self.playback
@@ -332,7 +355,9 @@ class Session:
             self.scene.place(*poses)
             self.scene.highlight(state.highlighted)
             if playback.forces is not None:
-                self._show_efforts(poses, playback.forces, playback.forces.effort[k])
+                forces = playback.forces
+                known = None if forces.reactions is None else forces.reactions[k]
+                self._show_forces(poses, forces, forces.effort[k], forces.joints, known)
             if full:
                 self._slider.value = at
                 self._plots.cursor(at)
@@ -357,7 +382,9 @@ class Session:
         self.scene.place(*poses)
         self.scene.highlight(state.highlighted)
         if forces is not None:
-            self._show_efforts(poses, forces, forces.effort)
+            drive = self.drive_tab.drive
+            joints = drive.joints if drive is not None and self.reactions else ()
+            self._show_forces(poses, forces, forces.effort, joints, forces.reaction_force)
         self._show_state(pose_message(state))
 
     def _show_state(self, text: str) -> None:
