@@ -60,8 +60,8 @@ def test_too_few_driven_is_2(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     more = 'B = { kind = "revolute", parent = "crank", child = "rod" }\n[bodies.rod]\n'
     assert code(given(tmp_path, more)) == 2
     out, err = capsys.readouterr()
-    assert "1 more freedom(s) than driven coordinates" in out  # the report is printed all the same
-    assert "mobility is 2 near home, but 1 coordinates are driven" in err
+    assert "1 more freedom than driven coordinates" in out  # the report is printed all the same
+    assert "mobility is 2 near home, but 1 coordinate is driven" in err
 
 
 def test_home_outside_limits_is_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -57,6 +57,8 @@ def test_efforts_hold_a_wrench_along_the_legs() -> None:
     wrench = np.array([100.0, -200.0, 300.0, 10.0, 20.0, -30.0])
     assert found.effort_per_wrench @ wrench == pytest.approx(-np.linalg.solve(lines, wrench))
     assert found.compliance == pytest.approx(0.0)  # of rigid drives
+    with pytest.raises(InputError, match="infinitely stiff"):
+        _ = found.stiffness
 
 
 def test_the_largest_wrench_is_where_the_first_leg_is_at_its_limit() -> None:

@@ -263,9 +263,10 @@ def test_forces_are_summed_up_on_request(run: Parakin) -> None:
     assert code == 0
     effort, *_ = pendulum.efforts(np.linspace(0.0, 2.0, 20_001))
     assert re.search(rf"A, effort +{effort.max():.2f} N m +30 N m +64 %\n", err)
-    assert "beyond its drive: A takes a torque" in err
+    assert "beyond its drive: A needs a torque" in err
     assert "largest force [N]" in err
     assert "effort" not in run("solve", "pendulum.toml", "swing")[2]
+    assert "effort" in run("solve", "pendulum.toml", "swing", "--preload", "none")[2]
 
 
 def test_a_film_leaves_reactions_in_the_result(run: Parakin) -> None:
@@ -286,5 +287,6 @@ def test_a_report_says_what_is_beyond_a_drive(run: Parakin) -> None:
     Path("pendulum.toml").write_text(pendulum.TEXT)
     code, out, err = run("report", "pendulum.toml", "swing", "-o", "page.html")
     assert (code, out) == (0, "wrote page.html\n")
-    assert err.startswith("beyond its drive: A takes a torque of ")
+    assert err.startswith("beyond its drive: A needs a torque of ")
+    assert "<p>None.</p>" in Path("page.html").read_text(encoding="utf-8")  # passive joints
     assert err.count("\n") == 1

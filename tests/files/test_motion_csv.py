@@ -159,7 +159,7 @@ REFUSED: list[tuple[str, str | bytes, list[str]]] = [
     (
         "no time at all",
         table("x,B1.2", *DRIVE.position),
-        ["drive.csv: found no column 'time'; expected one of: B1.2, x"],
+        ["drive.csv: found no column 'time' among x, B1.2; expected columns time, "],
     ),
     (
         "unknown",
@@ -170,7 +170,7 @@ REFUSED: list[tuple[str, str | bytes, list[str]]] = [
     (
         "not driven",
         line(1, "time,x,B1.1.position"),
-        ["drive.csv: found no column 'B1.2'; expected one of: B1.1.position, time, x"],
+        ["drive.csv: found no column 'B1.2' among time, x, B1.1.position; expected columns time, "],
     ),
     (
         "twice",

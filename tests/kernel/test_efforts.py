@@ -95,7 +95,7 @@ def redundant() -> Mechanism:
 def test_more_actuators_than_freedoms_share_as_told() -> None:
     solver = parakin.compile(redundant(), coordinates="all")
     y, yd, ydd = [solver.home["A"]], [2.0], [3.0]
-    with pytest.raises(InputError, match="2 actuators for 1 freedoms"):
+    with pytest.raises(InputError, match="2 actuators for 1 freedom:"):
         solver.at(y, yd, ydd, forces=True)
     alone = parakin.load("four-bar").model_copy(update={"bodies": redundant().bodies})
     by_one = parakin.compile(alone).at(y, yd, ydd, forces=True).forces

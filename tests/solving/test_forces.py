@@ -65,6 +65,18 @@ def test_at_rest_the_screws_friction_is_a_band(lift: parakin.Solver) -> None:
     assert forces.motor_band == pytest.approx([0.5 * ideal])  # it holds by itself with half
 
 
+def test_at_rest_the_band_of_a_motor_reaches_as_far_as_both_frictions(tmp_path: Path) -> None:
+    friction = TEXT.replace("actuated = true", "actuated = true\nfriction = { coulomb = 300 }")
+    (tmp_path / "lift.toml").write_text(friction)
+    forces = parakin.compile(tmp_path / "lift.toml").at([0.0], forces=True).forces
+    assert forces is not None
+    assert forces.band == pytest.approx([300.0])
+    assert forces.motor_torque == pytest.approx([1200 / RATIO])
+    lowest, highest = 900 / RATIO * 0.5, 1500 / RATIO / 0.8
+    farthest = max(1200 / RATIO - lowest, highest - 1200 / RATIO)
+    assert forces.motor_band == pytest.approx([farthest])
+
+
 def test_payloads_may_be_others(lift: parakin.Solver) -> None:
     none = lift.at([0.0], forces=True, loads={"box": 0.0}).forces
     assert none is not None

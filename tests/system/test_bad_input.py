@@ -56,7 +56,7 @@ def test_driven_coordinates_that_do_not_fit_a_linkage(
 @pytest.mark.parametrize(
     ("driven", "reasons"),
     [
-        (["platform.x"], ["mobility is 3", "1 coordinates are driven", "platform.phi"]),
+        (["platform.x"], ["mobility is 3", "1 coordinate is driven", "platform.phi"]),
         (["A2", "B3", "C3", "D1"], ["4 coordinates are driven", "only 3 can", "depend on one"]),
         (["platform.x", "platform.y", "platform.z"], ["only 2 can", "platform.z cannot move"]),
         (

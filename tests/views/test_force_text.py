@@ -61,7 +61,7 @@ def test_a_pendulum_s_table() -> None:
 def test_what_is_beyond_a_drive_s_limit_is_said() -> None:
     solver, found = solved("10 N m")
     effort, torque = list(warnings(found, solver.graph))
-    assert effort.startswith("beyond its drive: A takes an effort of 19.1")
+    assert effort.startswith("beyond its drive: A needs an effort of 19.1")
     assert effort.endswith("limit 10 N m")
     assert "a torque of" in torque
 

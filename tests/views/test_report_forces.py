@@ -39,7 +39,7 @@ def test_peaks_masses_and_limits_are_those_of_the_closed_form(tmp_path: Path) ->
     assert f"{power.max():.2f} W" in words
     assert f"{100 * effort.max() / 30:.0f} %" in words
     assert re.search(r"A, torque.*0.2 N m\s+24\d %\s+exceeded", words, re.DOTALL)
-    assert "beyond its drive: A takes a torque of" in page.partition("<main>")[0]
+    assert "beyond its drive: A needs a torque of" in page.partition("<main>")[0]
     assert "its motor's torque over its speed" in words
     assert np.abs(torque).max() > 0.2
 
@@ -54,7 +54,7 @@ def test_why_there_are_no_efforts(tmp_path: Path) -> None:
     """Three freedoms and two actuators: the masses are shown, and the reason."""
     known = parakin.load("flight-simulator")
     joints = tuple(
-        joint.model_copy(update={"actuated": joint.actuated and joint.name != "A2"})
+        joint.model_copy(update={"actuated": False, "drive": None}) if joint.name == "A2" else joint
         for joint in known.joints
     )
     seat = Payload(kind="payload", at="platform", mass="80 kg")

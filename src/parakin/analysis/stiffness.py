@@ -54,7 +54,13 @@ class Stiffness:
     def stiffness(self) -> FloatArray:
         """The wrench for a small displacement (6, 6) [N/m, N, N m/rad]: the inverse of the
         compliance where the body has six freedoms, else its pseudo-inverse, along those it has.
+        Raises InputError where rigid drives hold one of these: it is infinitely stiff.
         """
+        sizes = np.linalg.eigvalsh(self.compliance)
+        gives_way = int((sizes > 1e-12 * sizes.max(initial=0.0)).sum())
+        if gives_way < np.linalg.matrix_rank(self.jacobian):
+            found = "a freedom that rigid drives hold, infinitely stiff"
+            raise InputError("stiffness", found, "a stiffness of each drive")
         return np.asarray(np.linalg.pinv(self.compliance, rcond=1e-12, hermitian=True), dtype=float)
 
     @property

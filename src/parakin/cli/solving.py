@@ -52,7 +52,7 @@ def solve(options: argparse.Namespace) -> int:
     windows = _windows(solver, motion, {"bodies": bodies} | _forces(solver, options))
     _write_result(run.watched(windows, console(stderr=True)), options)
     (last, extremes), mechanism = run.totals(), solver.mechanism
-    title = f"{mechanism.name}, {motion.name}: {mechanism.title or 'a mechanism'}"
+    title = ": ".join(filter(None, (f"{mechanism.name}, {motion.name}", mechanism.title)))
     if pictured:
         _draw_pictures(solver, run.picture(), title, options, plotted)
     tell(title, style="bold")
@@ -96,7 +96,7 @@ def _forces(solver: Solver, options: argparse.Namespace) -> dict[str, Any]:
         given = [text for text in options.preload if text != "none"]
         preload = preloads(solver, parameters(given, "--preload"))
     return {
-        "forces": options.forces or bool(options.payload),
+        "forces": options.forces or bool(options.payload or options.preload),
         "reactions": reactions,
         "energies": options.energies,
         "preload": preload,

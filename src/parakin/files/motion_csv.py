@@ -196,7 +196,8 @@ def _columns(
         columns[coordinate, quantity] = _Column(index, header, factor)
     for coordinate, quantity in [("time", ""), *((name, "position") for name in dimensions)]:
         if (coordinate, quantity) not in columns:
-            raise InputError(place, f"no column {coordinate!r}", nearest(coordinate, headers))
+            found = f"no column {coordinate!r} among {', '.join(headers)}"
+            raise InputError(place, found, f"columns {', '.join(('time', *dimensions))}")
     return columns
 
 

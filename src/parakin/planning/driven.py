@@ -26,6 +26,7 @@ def check_driven(
     name = graph.mechanism.where
     names = ", ".join(graph.coordinates[k].name for k in driven) or "none"
     tree = graph.posed_tree()
+    count = "1 coordinate is" if len(driven) == 1 else f"{len(driven)} coordinates are"
     held: list[int] = []
     for at in (*samples, home):
         there = configure(graph, tree, at.q)
@@ -47,7 +48,7 @@ def check_driven(
                     else f"{', '.join(tied)} depend on one another"
                 )
             raise DrivenError(
-                f"{name}: {len(driven)} coordinates are driven ({names}), but only {rank} can move "
+                f"{name}: {count} driven ({names}), but only {rank} can move "
                 f"independently {where}: {reason} (mobility {mobility})"
             )
         if mobility == rank:
@@ -62,8 +63,8 @@ def check_driven(
             if row > 1e-6
         ]
         raise DrivenError(
-            f"{name}: mobility is {mobility} {where}, but {len(driven)} coordinates are driven "
-            f"({names}); not determined: {', '.join(moved)}"
+            f"{name}: mobility is {mobility} {where}, but {count} driven ({names}); "
+            f"not determined: {', '.join(moved)}"
         )
     return held
 

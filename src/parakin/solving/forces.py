@@ -169,7 +169,9 @@ class Mechanics:
             if self.indeterminate[name][:2].any():
                 place = f"{graph.mechanism.where}: joints.{name}.friction.coefficient"
                 what = "a joint whose load is indeterminate for rigid bodies"
-                raise InputError(place, what, "a joint that gives way, or coulomb friction")
+                raise InputError(
+                    place, what, "coulomb friction, or other kinds of joints (`parakin check`)"
+                )
             found.append(Loaded(k, self.joints[name], lever))
         return tuple(found)
 
@@ -222,8 +224,12 @@ class Mechanics:
             raise InputError(f"{where}: joints", found, f"{driven}, so that efforts are determined")
         names = [graph.coordinates[k].name for k in self.actuated]
         if actuated > driven and preload is None:
-            found = f"{actuated} actuators for {driven} freedoms: efforts are not determined"
-            expected = "a preload, from which they differ least; {} is none (minimum norm)"
+            freedoms = "1 freedom" if driven == 1 else f"{driven} freedoms"
+            found = f"{actuated} actuators for {freedoms}: efforts are not determined"
+            expected = (
+                "a preload, from which they differ least, or none for the least efforts: "
+                "preload={} in Python, --preload none on the command line"
+            )
             raise InputError(f"{where}: joints", found, expected)
         for name, value in (preload or {}).items():
             if name not in names:
@@ -362,9 +368,10 @@ def _motors(
         lossy = np.where(resting, ideal, through)
         torque[k] = np.where(np.isfinite(power), lossy, np.nan)
         torque[k] += motor.rotor * motor.ratio * acceleration[k]
-        slack = max(1.0 / motor.efficiency - 1.0, 1.0 - motor.back_efficiency)
-        width[k] = np.where(resting, np.abs(ideal) * slack, 0.0)
-        width[k] += band[k] / abs(motor.ratio) / motor.efficiency
+        ends = [(effort[k] + end * band[k]) / motor.ratio for end in (-1.0, 1.0)]
+        losses = (1.0 / motor.efficiency, motor.back_efficiency)
+        widest = np.max([np.abs(loss * end - ideal) for end in ends for loss in losses], axis=0)
+        width[k] = np.where(resting, widest, band[k] / abs(motor.ratio) / motor.efficiency)
         speed[k] = motor.ratio * rate
         if motor.torque_constant is not None:
             current[k] = torque[k] / motor.torque_constant

@@ -137,7 +137,7 @@ def warnings(found: ForceExtremes, graph: Graph) -> Iterator[str]:
     for use in uses(found, graph):
         if use.part > 1.0:
             yield (
-                f"beyond its drive: {use.actuator} takes a{_article(use.what)} {use.what} of "
+                f"beyond its drive: {use.actuator} needs a{_article(use.what)} {use.what} of "
                 f"{figure(use.peak)} {use.unit} at {use.time:.6g} s, limit {use.limit:,.6g} "
                 f"{use.unit}"
             )

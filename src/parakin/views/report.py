@@ -239,6 +239,8 @@ def _passive(solved: Solved) -> str:
     named = picture["coordinate"].values[~picture["actuated"].values].tolist()
     names = [n for n in named if not n.endswith(".cone")]
     names += [n for n in named if n.endswith(".cone")]
+    if not names:
+        return "<p>None.</p>"
     rows = [(*_travel(solved, n), *_margin(solved, n)) for n in names]
     headings = ("coordinate", "least", "greatest", "stroke", "limits", "margin", "kept")
     cones = any(name.endswith(".cone") for name in names)

@@ -47,7 +47,7 @@ def mechanism_report(found: Diagnosis) -> RenderableType:
     """Home and mobility of a mechanism, and warnings: what `parakin check` prints."""
     graph, home = found.graph, np.array(found.home)
     mechanism = graph.mechanism
-    lines = [Text(f"{mechanism.name}: {mechanism.title or 'a mechanism'}", style="bold")]
+    lines = [Text(": ".join(filter(None, (mechanism.name, mechanism.title))), style="bold")]
     if mechanism.source:
         lines.append(Text(f"source: {mechanism.source}"))
     if mechanism.notes:
@@ -132,7 +132,9 @@ def _driving(driven: Sequence[str], found: Mobility) -> list[Text]:
             )
             lines.append(Text(cause, style="bold red"))
     elif found.wanted and more > 0:
-        lines.append(Text(f"  {more} more freedom(s) than driven coordinates", style="bold yellow"))
+        freedoms = "freedom" if more == 1 else "freedoms"
+        words = f"  {more} more {freedoms} than driven coordinates"
+        lines.append(Text(words, style="bold yellow"))
     return lines
 
 
