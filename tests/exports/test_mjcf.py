@@ -30,10 +30,10 @@ def test_a_newcomer_moves_it_and_the_loops_stay_closed(name: str, tmp_path: Path
     reach = 0.05 * model.stat.extent * (model.jnt_type[model.actuator_trnid[:, 0]] == 2) + 0.05
     places = model.jnt_qposadr[model.actuator_trnid[:, 0]]
     opened = behind = 0.0
-    for step in range(1000):
-        data.ctrl[:] = rest + 0.2 * reach * np.sin(
-            3.0 * step * model.opt.timestep + np.arange(model.nu)
-        ) * min(1.0, step / 200)
+    for step in range(round(2.0 / model.opt.timestep)):
+        time = step * model.opt.timestep
+        swing = np.sin(3.0 * time + np.arange(model.nu)) * min(1.0, time / 0.4)
+        data.ctrl[:] = rest + 0.2 * reach * swing
         mujoco.mj_step(model, data)
         opened = max(opened, float(np.abs(data.efc_pos[: data.ne]).max()))
         behind = max(behind, float(np.abs(data.qpos[places] - data.ctrl).max()))

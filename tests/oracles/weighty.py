@@ -24,6 +24,16 @@ def all_actuated(mechanism: parakin.Mechanism) -> parakin.Mechanism:
     return mechanism.model_copy(update={"joints": joints, "limits": {}})
 
 
+def weightless(mechanism: parakin.Mechanism) -> parakin.Mechanism:
+    """Without masses, drives and payloads."""
+    keys = ("mass", "com", "inertia")
+    bodies = tuple(
+        body.model_copy(update={**dict.fromkeys(keys), "solid": ()}) for body in mechanism.bodies
+    )
+    joints = tuple(joint.model_copy(update={"drive": None}) for joint in mechanism.joints)
+    return mechanism.model_copy(update={"bodies": bodies, "joints": joints, "forces": {}})
+
+
 def efforts(mechanism: parakin.Mechanism, q: Array, qd: Array, qdd: Array) -> Array:
     """Those of all coordinates of an open chain, each actuated and driven."""
     moved = all_actuated(mechanism)

@@ -26,7 +26,7 @@ from parakin.model.graph import Graph
 from parakin.model.joints import GraphJoint
 from parakin.model.placement import about, vector
 
-_STEP = 0.002  # of time [s]
+_STEP = 0.0005  # of time [s]: heavy platforms on light legs need it short
 _CLOSED = (2 * _STEP, 1.0)  # time constant [s] and damping ratio of loops: as stiff as can be
 _MET = ("armature", "damping", "stiffness", "frictionloss", "springref")  # by a joint
 _UNBOUNDED = 1000.0  # [m or rad]: an open end of a range, as MuJoCo's have two

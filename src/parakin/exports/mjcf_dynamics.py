@@ -50,6 +50,7 @@ class Weighing:
         self.masses = {graph.bodies[k]: mass for k, mass in masses_of(graph).items()}
         self.total = sum(mass.mass for mass in self.masses.values())
         self.invented: dict[str, list[str]] = {}
+        self.rotors: list[str] = []
         if self.total:
             spec.option.gravity = list(graph.dynamics.gravity)
         else:
@@ -101,7 +102,12 @@ class Weighing:
             light = model.body_subtreemass[joint.parent.id] < 1e-6 * mass
             rotor = light * (_ROTOR if model.neq else _SLIGHT_ROTOR) if self.total else _ROTOR
             joint.armature, damping = met.armature, met.viscous + met.damping
-            if not joint.armature and rotor:
+            motor = graph.dynamics.motors.get(k)
+            if not joint.armature and motor is not None and motor.rotor:
+                joint.armature = motor.rotor * motor.ratio**2
+                self.rotors.append(joint.name)
+                self._invent(INVENTED_ARMATURE, joint.name)  # no part of efforts, when read back
+            elif not joint.armature and rotor:
                 joint.armature = rotor * inertia
                 self._invent(INVENTED_ARMATURE, joint.name)
             if not damping and rotor:
@@ -159,6 +165,11 @@ class Weighing:
                 etree.SubElement(custom, "text", name=what, data=", ".join(names))
         lines = left_out(self.graph, {ARMATURES, SPRINGS, POINT_SPRINGS, GRAVITY})
         light = self.invented.get(INVENTED_ARMATURE, []) if self.total else []
+        light = [name for name in light if name not in self.rotors]
+        if self.rotors:
+            lines.append(
+                f"screws and gears, but the rotors behind them of {', '.join(self.rotors)}"
+            )
         if light:
             lines.append(f"bodies without a mass, but with invented inertias of {', '.join(light)}")
         comment(root, lines, [load.name for load in self.graph.dynamics.loads])
