@@ -155,6 +155,7 @@ class Mechanics:
             tuple(preload.get(k, 0.0) for k in self.actuated) if preload else (),
             reference,
             self.loaded,
+            wound(self.plan),
         )
 
     @cached_property
@@ -316,6 +317,14 @@ class Mechanics:
             out[rows.held],
             *(_plain(each) for each in (kinetic, potential, lost, applied)),
         )
+
+
+def wound(plan: Plan) -> tuple[int, ...]:
+    """Angles with springs that are not driven: these tell one full turn from the next."""
+    graph = plan.graph
+    passive = graph.dynamics.passive
+    springs = [k for k, each in passive.items() if each.stiffness and k not in plan.driven]
+    return tuple(k for k in springs if graph.coordinates[k].angle)
 
 
 def _plain(value: FloatArray) -> float | FloatArray:
