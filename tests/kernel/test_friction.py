@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 
@@ -57,3 +58,13 @@ def test_friction_that_locks_is_not_a_number() -> None:
     forces = pulled(0.5, -1.3).at([0.0], [1.0], forces=True).forces
     assert forces is not None
     assert math.isnan(forces.effort[0])
+
+
+def test_a_schema_of_friction_under_load_is_no_numbers(tmp_path: Path) -> None:
+    (tmp_path / "pull.toml").write_text(
+        'duration = "1 s"\nrate = "10 Hz"\nlaws = { S = { law = "poly345", by = 0.1 } }\n'
+    )
+    solver = pulled(0.3, 0.5)
+    schema = solver.schema(solver.motion(tmp_path / "pull.toml"), forces=True)
+    assert schema.effort.shape == (11, 1)
+    assert schema.effort.isnull().all()
