@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import parakin
-from parakin import InputError, Mechanism
+from parakin import InputError, Joint, Mechanism
 from parakin.model.drives import Friction
 
 PENDULUM = """
@@ -207,3 +207,41 @@ friction = { coefficient = 0.2 }
     assert resting is not None
     assert resting.effort == pytest.approx([weight])
     assert resting.band == pytest.approx([0.2 * normal])
+
+
+def wound(*, checks: bool = True, coordinates: str | list[str] = "all") -> parakin.Solver:
+    """The catalogue's four-bar without masses, its coupler wound up against the crank."""
+    four_bar = parakin.load("four-bar")
+    spring = {"stiffness": 2.0, "zero": 0.3}
+    joints = [
+        Joint.model_validate(j.model_dump(exclude_defaults=True) | {"spring": spring})
+        if j.name == "B"
+        else j
+        for j in four_bar.joints
+    ]
+    told = four_bar.model_copy(update={"joints": tuple(joints)})
+    return parakin.compile(told, coordinates=coordinates, checks=checks, machine_code=False)
+
+
+def test_springs_count_full_turns_of_angles_that_follow(tmp_path: Path) -> None:
+    """The spring's energy is that of the angle as reported, and the motor's power its rate."""
+    solver = wound()
+    (tmp_path / "turns.toml").write_text(
+        'duration = "2 s"\nrate = "100 Hz"\nlaws = { A = { law = "poly345", by = "1080 deg" } }\n'
+    )
+    motion = solver.motion(tmp_path / "turns.toml")
+    ds = solver.solve(motion, forces=True, energies=True)
+    position, velocity = (ds[name].sel(coordinate="B").values for name in ("position", "velocity"))
+    assert np.ptp(position) > 6 * math.pi - 1.0
+    power = 2.0 * (position - 0.3) * velocity
+    assert ds.power.values[:, 0] == pytest.approx(power, abs=1e-9)
+    assert ds.potential_energy.values == pytest.approx((position - 0.3) ** 2, abs=1e-9)
+    parts = list(wound(coordinates=["A"]).stream(motion, 37, forces=True))
+    joined = np.concatenate([part.effort.values for part in parts])
+    assert joined == pytest.approx(ds.effort.values, abs=1e-9)
+    for other in (wound(coordinates=["A"]), wound(coordinates=["A"], checks=False)):
+        tick = other.at([solver.home["A"]])
+        for k, driven in enumerate(ds.position.sel(coordinate="A").values.tolist()):
+            tick = other.at([driven], guess=tick, forces=True)
+            assert tick.forces is not None
+            assert tick.forces.effort == pytest.approx(ds.effort.values[k], abs=1e-9)

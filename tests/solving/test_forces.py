@@ -191,3 +191,20 @@ def test_at_a_dead_point_the_efforts_grow_and_their_conditioning_vanishes(tmp_pa
     figures = ds["effort_conditioning"].values
     assert figures[0] > 0.0 > figures[-1]
     assert not ds["status"].values.any()
+
+
+def test_loads_of_each_time_are_cut_into_windows_too() -> None:
+    loaded = parakin.load("flight-simulator").with_payload("80 kg at platform")
+    solver = parakin.compile(loaded, machine_code=False)
+    name = solver.graph.dynamics.loads[0].name
+    motion = solver.motion("general")
+    masses = np.linspace(50.0, 150.0, motion.count)
+    whole = solver.solve(motion, forces=True, loads={name: masses}).effort.values
+    size = motion.count // 3
+    parts = [
+        part.effort.values
+        for part in solver.stream(motion, size, loads={name: masses}, forces=True)
+    ]
+    assert np.concatenate(parts) == pytest.approx(whole, rel=1e-12, abs=1e-9)
+    with pytest.raises(InputError, match="expected one number, or"):
+        list(solver.stream(motion, size, forces=True, loads={name: masses[:size]}))

@@ -30,8 +30,12 @@ def has_machine_code() -> bool:
 
 
 def input_count(plan: Plan, outputs: Outputs) -> int:
-    """Driven values, then as many derivatives of them, the guess, and what loads take."""
-    loads = 0 if outputs.forces is None else plan.graph.dynamics.inputs
+    """Driven values, then as many derivatives of them, the guess, and what loads take, with the
+    angles of springs (`ForceRows.wound`).
+    """
+    loads = 0
+    if outputs.forces is not None:
+        loads = plan.graph.dynamics.inputs + len(outputs.forces.wound)
     return _orders(outputs) * len(plan.driven) + len(plan.iterated) + loads
 
 

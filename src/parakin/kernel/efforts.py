@@ -29,12 +29,14 @@ def forces(
 ) -> list[Scalar]:
     """The forces behind a motion; see `ForceRows` for what is returned.
 
-    inputs: the numbers that payloads and wrenches take (`Dynamics.inputs`).
+    inputs: the numbers that payloads and wrenches take (`Dynamics.inputs`), then `wanted.wound`.
     """
+    taken = plan.graph.dynamics.inputs
+    wound = dict(zip(wanted.wound, inputs[taken:], strict=True))
     statics = Statics(plan, moved.circuits, moved.systems, functions)
     actuation = Actuation(statics, wanted)
     needs = Needs(wrenches_needed(moved.circuits, plan.graph.dynamics, inputs, functions), {})
-    needs, resisting, step = _resisted(plan, moved, wanted, actuation, needs)
+    needs, resisting, step = _resisted(plan, moved, wanted, actuation, needs, wound)
     left = statics.answer(needs).left
     efforts, bands, figure = actuation.efforts(
         statics.for_driven(left), {k: found.band for k, found in resisting.items()}
@@ -55,7 +57,12 @@ def forces(
 
 
 def _resisted(
-    plan: Plan, moved: Moved, wanted: ForceRows, actuation: Actuation, needs: Needs
+    plan: Plan,
+    moved: Moved,
+    wanted: ForceRows,
+    actuation: Actuation,
+    needs: Needs,
+    wound: Mapping[int, Scalar],
 ) -> tuple[Needs, dict[int, Resistance], list[Scalar]]:
     """Needs with what springs, dampers and friction in joints add to them, what these are by
     coordinate, and the last step to friction under load, if there is any.
@@ -64,6 +71,7 @@ def _resisted(
     resisting: dict[int, Resistance] = {}
     for k, passive in plan.graph.dynamics.passive.items():
         value, rate, second = coordinate(plan, moved, k, 2)
+        value = wound.get(k, value)
         resisting[k] = resistance(passive, value, rate, second, statics.functions)
         needs = needs.less(statics.unit_effort(k), mul(-1.0, resisting[k].effort))
     if not wanted.loaded:

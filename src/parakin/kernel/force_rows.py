@@ -35,7 +35,8 @@ class ForceRows:
     least: instead, of all multipliers of all canonical rows the least in the sum of squares.
     preload: efforts that redundant actuators are to be nearest to, by actuated coordinate.
     reference: what the conditioning is at home. loaded: joints whose friction grows with what they
-    carry; with them the last step of what finds it [N or N m].
+    carry; with them the last step of what finds it [N or N m]. wound: angles with springs, which
+    the kernel takes, full turns counted, after what loads take.
     """
 
     actuated: tuple[int, ...]
@@ -47,6 +48,7 @@ class ForceRows:
     preload: tuple[float, ...] = ()
     reference: float = 1.0
     loaded: tuple[Loaded, ...] = ()
+    wound: tuple[int, ...] = ()
 
     def _of_actuated(self, number: int) -> slice[int, int, None]:
         m = len(self.actuated)

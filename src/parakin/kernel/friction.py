@@ -61,8 +61,8 @@ def load_friction(
         sizes = [functions.sqrt(add(add(mul(x, x), mul(y, y)), _TINY)) for x, y in found]
         return found, sizes
 
-    sizes = across([0.0] * len(loaded))[1]
-    values = [mul(factor, size) for factor, size in zip(factors, sizes, strict=True)]
+    # From none: there may be another answer, with the joint loaded the other way.
+    values: list[Scalar] = [0.0] * len(loaded)
     square: Scalar = 0.0
     for _ in range(_STEPS):
         forces, sizes = across(values)

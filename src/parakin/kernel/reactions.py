@@ -16,7 +16,7 @@ from parakin.kinematics.closure import Row, Wrench, all_rows
 from parakin.kinematics.readings import rate_wrenches
 from parakin.mechanics.powers import carried
 from parakin.mechanics.reactions import at_joint
-from parakin.mechanics.wrenches import put
+from parakin.mechanics.wrenches import brake, put
 from parakin.planning.plan import Block
 
 
@@ -39,8 +39,13 @@ def reactions(
     results = [left[k] for k in wanted.idle]
     if not wanted.joints:
         return results
+    balls = {ball.joint: ball for ball in statics.plan.graph.dynamics.balls}
     for joint in wanted.joints:
-        results += at_joint(statics.circuits, joint, wrenches.get(joint.carrier))
+        wrench = wrenches.get(joint.carrier)
+        if joint.name in balls:  # its damping was counted among what acts on bodies
+            braking = brake(statics.circuits, balls[joint.name]).times(-1.0)
+            wrench = braking if wrench is None else wrench.plus(braking)
+        results += at_joint(statics.circuits, joint, wrench)
     return [*results, _norm(statics, {k: x for k, x in left.items() if k not in wanted.idle})]
 
 

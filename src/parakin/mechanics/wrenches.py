@@ -22,7 +22,7 @@ from parakin.algebra.spatial import (
 )
 from parakin.kinematics.closure import Wrench
 from parakin.kinematics.recursion import Circuits, point_acceleration, point_velocity
-from parakin.model.dynamics import Dynamics
+from parakin.model.dynamics import Ball, Dynamics
 from parakin.model.loads import BodyWrench, Load, PointSpring
 from parakin.model.masses import Mass
 
@@ -62,8 +62,7 @@ def wrenches_needed(
         put(needed, spring.ends[0][0], wrench.times(-1.0))
         put(needed, spring.ends[1][0], wrench)
     for ball in dynamics.balls:
-        w = circuits.twist(ball.child).w - circuits.twist(ball.parent).w
-        braking = Wrench(w * ball.damping, ZERO)
+        braking = brake(circuits, ball)
         put(needed, ball.child, braking)
         put(needed, ball.parent, braking.times(-1.0))
     return needed
@@ -106,6 +105,12 @@ def applied_wrench(circuits: Circuits, applied: BodyWrench, inputs: Sequence[Sca
         force, moment = X_WB.R @ force, X_WB.R @ moment
     point = X_WB.p + X_WB.R @ applied.point
     return Wrench(moment + cross(point, force), force)
+
+
+def brake(circuits: Circuits, ball: Ball) -> Wrench:
+    """What the child needs to turn against the damping of a spherical joint."""
+    w = circuits.twist(ball.child).w - circuits.twist(ball.parent).w
+    return Wrench(w * ball.damping, ZERO)
 
 
 class Pull(NamedTuple):

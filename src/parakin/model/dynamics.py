@@ -51,6 +51,7 @@ class Passive(NamedTuple):
 class Ball(NamedTuple):
     """Damping [N m s/rad] of two bodies' rotation against each other, in a spherical joint."""
 
+    joint: str
     parent: int
     child: int
     damping: float
@@ -231,4 +232,4 @@ def _ball(joint: Joint, made: GraphJoint, parameters: Parameters, place: str) ->
             total += amount(text, parameters, effort_per(True, 1), f"{at}.{name}")
             if getattr(table, "zero", 0):
                 raise InputError(f"{at}.zero", "one in a spherical joint", "none")
-    return [Ball(made.parent, made.child, total)] if total else []
+    return [Ball(joint.name, made.parent, made.child, total)] if total else []

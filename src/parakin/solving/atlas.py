@@ -131,8 +131,9 @@ class Atlas:
         out = np.full((rows.count, len(samples.time)), np.nan)
         for start, stop, chart, found in pieces:
             inside, guess = samples.cropped(start, stop), found[chart.layout.iterated[0]]
+            angles = found[[chart.places[k] for k in rows.wound]]
             out[:, start:stop] = chart.forces(
-                asked, mechanics.reference, inside, guess, loads[:, start:stop], parallel
+                asked, mechanics.reference, inside, guess, loads[:, start:stop], angles, parallel
             )
         return mechanics.forces(asked, rows, out)
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parakin.arrays import FloatArray
+from parakin.arrays import FloatArray, IndexArray
 from parakin.errors import InputError
 from parakin.motion.motion import Samples
 from parakin.solving.charts import SPREAD, Chart
@@ -24,12 +24,14 @@ def forces_behind(
     inputs: FloatArray,
     tick: Tick,
     loads: Mapping[str, ArrayLike] | None,
+    turning: IndexArray,
     *,
     parallel: bool,
 ) -> Forces:
     """Of a pose or a batch, NaN where it is not solved, or solved where the chart is singular.
 
-    inputs: driven positions, velocities and accelerations. Raises InputError on derivatives that
+    inputs: driven positions, velocities and accelerations.
+    turning: the rows of `Tick.turned`. Raises InputError on derivatives that
     were not compiled.
     """
     if chart.outputs.derivatives < 2:
@@ -40,16 +42,22 @@ def forces_behind(
     known = tick.iterated if len(tick.iterated) else tick.position[chart.layout.iterated[0]]
     found = off_the_lock(locks, known).reshape(-1, n)
     mechanics = chart.mechanics
+    rows = mechanics.rows(asked, mechanics.reference)
+    place = dict(zip(turning.tolist(), range(len(turning)), strict=True))
+    angles = np.zeros((len(rows.wound), n))
+    for number, c in enumerate(rows.wound):
+        row = chart.places[c]
+        angles[number] = tick.turned[place[row]] if row in place else tick.position[row]
     out = chart.forces(
         asked,
         mechanics.reference,
         Samples(np.zeros(n), position, velocity, acceleration),
         found,
         mechanics.loads(None, n, loads),
+        angles,
         parallel and n >= SPREAD,
     )
     solved = are(SOLVED, np.atleast_1d(np.asarray(tick.status)))
-    rows = mechanics.rows(asked, mechanics.reference)
     solved &= out[rows.regular] >= SINGULAR**2  # else solved on another chart
     out[:, ~solved] = np.nan
     return mechanics.forces(asked, rows, out[:, 0] if inputs.ndim == 1 else out)

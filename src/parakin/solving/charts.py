@@ -34,7 +34,7 @@ from parakin.motion.motion import Samples
 from parakin.planning.ordering import plan_of
 from parakin.planning.plan import Block, Plan
 from parakin.solving.bodies import Figures, Points
-from parakin.solving.forces import Asked, Mechanics
+from parakin.solving.forces import Asked, Mechanics, wound
 from parakin.solving.status import Layout, Triple, Watched
 from parakin.solving.stops import LimitRows
 
@@ -138,10 +138,12 @@ class Chart:
         samples: Samples,
         found: FloatArray,
         loads: FloatArray,
+        angles: FloatArray,
         parallel: bool,
     ) -> FloatArray:
         """Rows of `ForceRows` (rows, n). reference: as of `Mechanics.rows`; found: the iterated
-        coordinates (m, n); loads: what payloads and wrenches take.
+        coordinates (m, n); loads: what payloads and wrenches take; angles: of
+        springs, `wound`, full turns counted.
         """
         key = (asked, reference)
         if key not in self._force_kernels:  # kept, since a kernel takes a while to compile
@@ -152,7 +154,7 @@ class Chart:
         kernel, count = self._force_kernels[key]
         driven = (samples.position, samples.velocity, samples.acceleration)
         out = np.empty((count, len(samples.time)))
-        kernel(np.concatenate([*driven, found, loads]), out, parallel)
+        kernel(np.concatenate([*driven, found, loads, angles]), out, parallel)
         return out
 
     def configuration(self, driven: FloatArray, out: FloatArray) -> Configuration:
@@ -355,7 +357,7 @@ def _read_off(plan: Plan) -> list[GraphJoint]:
 def _triples(plan: Plan, outputs: Outputs, reported: int) -> Iterator[Triple]:
     """The angles of such joints, as far as any of them is reported or limited."""
     place = {c: row for row, c in enumerate(outputs.coordinates)}
-    asked = {*outputs.coordinates[:reported], *limited(plan.graph)}
+    asked = {*outputs.coordinates[:reported], *counted(plan)}
     for joint in _read_off(plan):
         rows = [place[k] for k in joint.turns if k in place and k in asked]
         second = joint.turns[1]
@@ -367,11 +369,16 @@ def also_known(plan: Plan, chosen: Sequence[int | str], solved: Sequence[int]) -
     """Coordinates that must be known besides those chosen: those `solved` for; those that are
     limited; and the second of three angles, which decides whether the others are defined.
     """
-    found: list[int | str] = [k for k in (*solved, *limited(plan.graph)) if k not in chosen]
+    found: list[int | str] = [k for k in (*solved, *counted(plan)) if k not in chosen]
     found = list(dict.fromkeys(found))
     known = {*chosen, *found}
     seconds = [joint.turns[1] for joint in _read_off(plan) if known.intersection(joint.turns)]
     return [*found, *(k for k in seconds if k not in known)]
+
+
+def counted(plan: Plan) -> list[int | str]:
+    """Those whose full turns matter: limited ones, and angles with springs."""
+    return [*limited(plan.graph), *wound(plan)]
 
 
 def limited(graph: Graph) -> list[int | str]:

@@ -28,6 +28,13 @@ FOUND = 1e-9  # of the efforts: a last step to friction under load that found it
 NOT_KNOWN = ("nan", "minimum-norm")
 
 
+class Window(NamedTuple):
+    """Where a window starts, of a motion of so many samples."""
+
+    start: int
+    samples: int
+
+
 class Asked(NamedTuple):
     """What is asked for: names of joints whose reactions are, whether energies, efforts that
     redundant actuators are to be nearest to (None refuses such), and whether what is indeterminate
@@ -155,6 +162,7 @@ class Mechanics:
             tuple(preload.get(k, 0.0) for k in self.actuated) if preload else (),
             reference,
             self.loaded,
+            wound(self.plan),
         )
 
     @cached_property
@@ -238,19 +246,25 @@ class Mechanics:
                 raise InputError(f"preload of {name}", repr(value), "a finite number")
 
     def loads(
-        self, time: FloatArray | None, n: int, given: Mapping[str, ArrayLike] | None = None
+        self,
+        time: FloatArray | None,
+        n: int,
+        given: Mapping[str, ArrayLike] | None = None,
+        window: Window | None = None,
     ) -> FloatArray:
         """What payloads and wrenches take at n times or poses, (inputs, n).
 
         time: None where there is none, so that wrenches that change with it must be `given`, by
         name: payloads' masses [kg], wrenches' factors, or all six components, each for all poses
-        or one for each. Raises InputError.
+        or one for each. window: of a motion, for all samples of which they are given. Raises
+        InputError.
         """
+        window = window or Window(0, n)
         dynamics = self.plan.graph.dynamics
         given = dict(given or {})
         rows: list[FloatArray] = []
         for load in dynamics.loads:
-            mass = _spread(given.pop(load.name, load.mass.mass), 1, n, load.name)
+            mass = _spread(given.pop(load.name, load.mass.mass), 1, window, load.name)[:, :n]
             if not (mass >= 0.0).all():
                 raise InputError(f"loads of {load.name}", "a mass below zero", "zero or more")
             rows.append(mass)
@@ -258,7 +272,8 @@ class Mechanics:
             if not wrench.inputs:
                 continue
             if wrench.name in given:
-                rows.append(_spread(given.pop(wrench.name), wrench.inputs, n, wrench.name))
+                values = _spread(given.pop(wrench.name), wrench.inputs, window, wrench.name)
+                rows.append(values[:, :n])
             elif time is None:
                 what = "its factor" if wrench.inputs == 1 else "its force and moment"
                 found = f"nothing of {wrench.name!r}, which changes with time"
@@ -273,21 +288,18 @@ class Mechanics:
             raise InputError("loads", f"unknown payload or wrench {name!r}", expected)
         return np.concatenate(rows) if rows else np.zeros((0, n))
 
-    def _blank_locked(self, rows: ForceRows, out: FloatArray) -> None:
+    def _blank_locked(self, rows: ForceRows, out: FloatArray) -> FloatArray:
         """Where friction under load was not found, as it locks the mechanism, nothing is known."""
         sizes = np.abs(out[rows.effort]).max(axis=0)
         lost = ~(out[rows.friction_step] <= FOUND * (1.0 + sizes))
-        if out.ndim == 2:
-            out[:, lost] = np.nan
-        elif lost:
-            out[:] = np.nan
+        return np.where(lost, np.nan, out)
 
     def forces(self, asked: Asked, rows: ForceRows, out: FloatArray) -> Forces:
         """From a kernel's rows (rows, ...) to what they mean."""
         graph = self.plan.graph
         coordinates = [graph.coordinates[k] for k in self.actuated]
         if rows.loaded:
-            self._blank_locked(rows, out)
+            out = self._blank_locked(rows, out)
         effort, band, velocity = out[rows.effort], out[rows.band], out[rows.velocity]
         motors = [graph.dynamics.motors.get(k) for k in self.actuated]
         torque, motor_band, speed, current = _motors(
@@ -324,12 +336,21 @@ class Mechanics:
         )
 
 
+def wound(plan: Plan) -> tuple[int, ...]:
+    """Angles with springs that are not driven: these tell one full turn from the next."""
+    graph = plan.graph
+    passive = graph.dynamics.passive
+    springs = [k for k, each in passive.items() if each.stiffness and k not in plan.driven]
+    return tuple(k for k in springs if graph.coordinates[k].angle)
+
+
 def _plain(value: FloatArray) -> float | FloatArray:
     return float(value) if np.ndim(value) == 0 else value
 
 
-def _spread(value: ArrayLike, rows: int, n: int, name: str) -> FloatArray:
-    """One value for all poses, or one for each, as (rows, n)."""
+def _spread(value: ArrayLike, rows: int, window: Window, name: str) -> FloatArray:
+    """One value for all poses, or one for each, as (rows, n), from the first of a window on."""
+    n = window.samples
     try:
         array = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
@@ -341,6 +362,7 @@ def _spread(value: ArrayLike, rows: int, n: int, name: str) -> FloatArray:
     if array.shape != (rows, n):
         expected = f"one number, or {n}" if rows == 1 else f"({rows},) or ({rows}, {n})"
         raise InputError(f"loads of {name}", f"shape {array.shape}", expected)
+    array = array[:, window.start :]
     if not np.isfinite(array).all():
         raise InputError(f"loads of {name}", "numbers that are not finite", "finite ones")
     return np.array(array)

@@ -78,8 +78,8 @@ def _distance(one: FloatArray, other: FloatArray) -> float:
 @dataclass(frozen=True)
 class Guesses:
     """How a solver reads guesses. home: positions of reported coordinates there. iterated: names of
-    those that need a guess; hidden: which of them are not reported. turning: rows of angles that
-    are limited and not reported.
+    those that need a guess; hidden: which of them are not reported. turning: rows of angles
+    that are limited or have springs, and are not reported.
     """
 
     layout: Layout

@@ -24,6 +24,7 @@ from parakin.model.mechanism import Mechanism
 from parakin.planning.ordering import plan_of
 from parakin.planning.plan import Plan
 from parakin.solving.charts import also_known
+from parakin.solving.forces import wound
 from parakin.solving.solver import Solver
 
 _KEPT = 16  # solvers that came to this process, though nothing else holds them any more
@@ -123,7 +124,9 @@ def _standing(graph: Graph, tree: Tree, q: Sequence[float]) -> Configuration:
 def _outputs(plan: Plan, chosen: Sequence[int | str], derivatives: int, *, checks: bool) -> Outputs:
     """The coordinates to report and, after them, whatever else is watched along a motion."""
     solved = plan.unknowns if checks and derivatives > 1 else plan.iterated
-    hidden = also_known(plan, chosen, solved) if checks else []
+    hidden: list[int | str] = [k for k in wound(plan) if k not in chosen]
+    if checks:
+        hidden = also_known(plan, chosen, solved)
     return Outputs((*chosen, *hidden), derivatives, checks)
 
 

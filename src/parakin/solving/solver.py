@@ -25,7 +25,7 @@ from parakin.solving.answers import Answers
 from parakin.solving.atlas import Atlas
 from parakin.solving.behind import forces_behind
 from parakin.solving.bodies import points_of
-from parakin.solving.charts import Chart, limited
+from parakin.solving.charts import Chart, counted
 from parakin.solving.forces import Mechanics
 from parakin.solving.from_home import from_guess, home_values
 from parakin.solving.inputs import Guesses, all_bounded, stacked
@@ -84,13 +84,13 @@ class Solver:
         self.iterated = tuple(self._name(c) for c in self._iterated)
         hidden = tuple(n for n in self.iterated if n not in self.coordinates)
         at_home = np.array([self.home.get(name, np.nan) for name in self.coordinates])
-        known = limited(graph)
-        limited_angles = [
+        known = counted(plan)
+        turning_angles = [
             row
             for row in self.layout.angles.tolist()
             if row >= reported and outputs.coordinates[row] in known
         ]
-        turning = np.array(limited_angles, dtype=np.intp)
+        turning = np.array(turning_angles, dtype=np.intp)
         self._guesses = Guesses(self.layout, at_home, self.iterated, hidden, turning)
         self._answers = Answers(self._atlas, self._guesses, self._labels)
         self._run = self._chart.run
@@ -156,7 +156,14 @@ class Solver:
             reactions=reactions, energies=energies, preload=preload, indeterminate=indeterminate
         )
         found = forces_behind(
-            self._chart, self._locks, asked, inputs, tick, loads, parallel=parallel
+            self._chart,
+            self._locks,
+            asked,
+            inputs,
+            tick,
+            loads,
+            self._guesses.turning,
+            parallel=parallel,
         )
         return tick._replace(forces=found)
 

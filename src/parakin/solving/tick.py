@@ -21,9 +21,9 @@ class Tick(NamedTuple):
     iterated coordinates, if `position` does not contain them: a next call needs them to start from
     here. `units`: "m" or "rad" for each coordinate. `stopped_by`: the number in `stops` of what
     stopped it, 0 for nothing; `excess`: how far it is above an upper or, if negative, below a lower
-    limit [SI], NaN where it exceeds none. `turned`: angles that are limited and not reported, so
-    that a next call that starts from here counts their turns on. `forces`: those behind it, if they
-    were asked for.
+    limit [SI], NaN where it exceeds none. `turned`: angles that are limited or have springs and are
+    not reported, so that a next call that starts from here counts their turns on. `forces`: those
+    behind it, if they were asked for.
 
     Not a Dataset, because building one would take too long in a control loop.
     """

@@ -18,7 +18,7 @@ from parakin.solving.atlas import Atlas
 from parakin.solving.bodies import Points
 from parakin.solving.crossings import Crossings
 from parakin.solving.force_variables import force_variables
-from parakin.solving.forces import Asked
+from parakin.solving.forces import Asked, Window
 from parakin.solving.from_home import home_state
 from parakin.solving.results import Labels, Verdict, dataset
 from parakin.solving.status import UNREACHED, Status, are, blank_undefined, classify
@@ -67,7 +67,8 @@ class Windows:
             figures = atlas.figures(points, pieces, samples, parallel) if points else None
             forces = None
             if self.asked is not None:
-                loads = home.mechanics.loads(samples.time, len(status), self.loads)
+                window = Window(start, motion.count)
+                loads = home.mechanics.loads(samples.time, len(status), self.loads, window)
                 behind = atlas.forces(self.asked, pieces, samples, loads, parallel)
                 forces = force_variables(behind, self.asked)
             verdict = Verdict(status, stopped, crossings.of(stopped), crossings.words)

@@ -10,7 +10,7 @@ import pytest
 
 import parakin
 from parakin import InputError
-from parakin.model.drives import Friction
+from parakin.model.drives import Friction, Spring
 
 NAMES = ["flight-simulator", "gough-stewart", "seat-2dof", "hexapod-on-3rps"]
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
@@ -52,6 +52,18 @@ def test_friction_under_load_and_a_wrench_that_changes(tmp_path: Path) -> None:
     told["forces"] = {**told["forces"], "gust": gust}
     parakin.export(parakin.Mechanism(**told), tmp_path / "k.c", forces=True)
     assert "LOAD_GUST = 1" in (tmp_path / "k.h").read_text()
+    assert "0 with another status" in compared(tmp_path)
+
+
+@needs_compiler
+def test_springs_at_angles_that_follow(tmp_path: Path) -> None:
+    four_bar = parakin.load("four-bar")
+    spring = (Spring(stiffness=2.0, zero=0.3),)
+    joints = [
+        j.model_copy(update={"spring": spring}) if j.name in "BD" else j for j in four_bar.joints
+    ]
+    told = four_bar.model_copy(update={"joints": tuple(joints)})
+    parakin.export(told, tmp_path / "k.c", forces=True)
     assert "0 with another status" in compared(tmp_path)
 
 

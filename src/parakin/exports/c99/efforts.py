@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from parakin.arrays import FloatArray
+from parakin.errors import InputError
 from parakin.exports.c99.names import Names, comment, identifier
 from parakin.exports.c99.traced import c_function
 from parakin.kernel.force_rows import ForceRows
@@ -19,7 +20,13 @@ def force_rows(solver: Solver) -> ForceRows:
     """
     mechanics = solver.mechanics
     asked = mechanics.asked(reactions=False, energies=False, preload=None, indeterminate="nan")
-    return mechanics.rows(asked, mechanics.reference)
+    rows = mechanics.rows(asked, mechanics.reference)
+    for k in rows.wound:
+        name = solver.plan.graph.coordinates[k].name
+        if name not in solver.coordinates:
+            found = f"a spring on {name}, an angle that is not reported"
+            raise InputError("coordinates", found, f"{name} among them, so that its turns count")
+    return rows
 
 
 def definition(solver: Solver, names: Names) -> str:
@@ -37,6 +44,11 @@ def definition(solver: Solver, names: Names) -> str:
         if (!(out[{count}] <= {FOUND!r}*(1.0 + fabs(out[i]))))
             return {macro}_SINGULAR;
 """
+    springs = [solver.coordinates.index(solver.plan.graph.coordinates[k].name) for k in rows.wound]
+    wound = "".join(
+        f"    in[{3 * k + m + loads + i}] = state->position[{row}];\n"
+        for i, row in enumerate(springs)
+    )
     traced = c_function(solver, "efforts_behind", outputs, chosen)
     if m:
         iterated = f"""\
@@ -48,12 +60,12 @@ def definition(solver: Solver, names: Names) -> str:
     for (i = 0; i < {loads}; ++i)
         in[{3 * k + m} + i] = loads[i];
 """
-    unused = "" if m else "    (void)state;\n"
+    unused = "" if m or springs else "    (void)state;\n"
     return f"""
 {traced}
 int {name}_efforts({_parameters(solver, names)})
 {{
-    double in[{3 * k + m + loads}], out[{len(chosen)}];
+    double in[{3 * k + m + loads + len(springs)}], out[{len(chosen)}];
     int i;
 
 {unused}\
@@ -62,7 +74,7 @@ int {name}_efforts({_parameters(solver, names)})
         in[{k} + i] = yd[i];
         in[{2 * k} + i] = ydd[i];
     }}
-{iterated}{given}\
+{iterated}{given}{wound}\
     efforts_behind(in, out);
     for (i = 0; i < {count}; ++i)
         if (!isfinite(out[i]))
