@@ -167,5 +167,13 @@ def test_other_engines_agree_once_the_loops_are_added(
     state, ours, _ = forces.solved()
     build = {"mujoco": forces.of_mujoco, "pinocchio": forces.of_pinocchio}[engine]
     theirs = build(state, tmp_path)
+    solver = parakin.compile(forces.NAME)
+    given = [np.array([state[name][k] for name in solver.driven]) for k in range(3)]
+    balls = [f"S{k}" for k in range(1, 7)]
+    carried = solver.at(*given, reactions=balls).forces
+    assert carried is not None
+    in_balls = np.linalg.norm(carried.reaction_force, axis=1)
     for k in range(0, ours.shape[1], 50):
-        assert theirs(k) == pytest.approx(ours[:, k], abs=within)
+        loops, efforts_ = theirs(k)[:18].reshape(6, 3), theirs(k)[18:]
+        assert efforts_ == pytest.approx(ours[:, k], abs=within)
+        assert np.linalg.norm(loops, axis=1) == pytest.approx(in_balls[:, k], abs=within)
