@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -48,6 +47,8 @@ def efforts(mechanism: parakin.Mechanism, q: Array, qd: Array, qdd: Array) -> Ar
 
 def of_mujoco(model: Any, q: Array, qd: Array, qdd: Array) -> Array:
     """Inverse dynamics, without what only MuJoCo has: contacts, limits."""
+    import mujoco
+
     bits = mujoco.mjtDisableBit
     model.opt.disableflags |= bits.mjDSBL_CONTACT | bits.mjDSBL_LIMIT
     data = mujoco.MjData(model)

@@ -64,7 +64,7 @@ def test_efforts_are_those_of_virtual_work_on_bare_poses(name: str) -> None:
         tick = solver.at(y, yd, ydd, forces=True)
         assert tick.forces is not None
         assert tick.forces.actuators == tuple(actuated)
-        truth = efforts(solver, lumps, GRAVITY, actuated, (y, yd, ydd), 0.02, 0.01)
+        truth = efforts(solver, lumps, GRAVITY, actuated, (y, yd, ydd), 0.03, 0.01)
         assert tick.forces.effort == pytest.approx(truth, rel=1e-9, abs=1e-9 * np.abs(truth).max())
 
 
