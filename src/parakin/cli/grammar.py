@@ -45,8 +45,8 @@ def parser() -> argparse.ArgumentParser:
     """The parser. Parsing raises ParakinError on bad input."""
     top = _Parser(
         prog="parakin",
-        description="Kinematics of parallel mechanisms: positions, velocities and accelerations "
-        "of every joint and body along a motion.",
+        description="Parallel mechanisms: positions, velocities and accelerations of every joint "
+        "and body along a motion, and the forces behind it.",
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
