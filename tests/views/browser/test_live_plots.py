@@ -49,7 +49,7 @@ def general() -> Playback:
 def test_lengths_are_in_millimetres(general: Playback) -> None:
     gui = Gui()
     LivePlots(gui).show(general)
-    titles = ["position [mm]", "velocity [mm/s]", "acceleration [mm/s²]"]
+    titles = ["position [mm]", "velocity [mm/s]", "acceleration [mm/s²]", "effort [N]", "power [W]"]
     assert [plot.title for plot in gui.plots] == titles
     labels = [series["label"] for series in gui.plots[0].series]
     assert labels == ["t [s]", "A2", "B3", "C3", "now"]
@@ -86,7 +86,7 @@ def test_another_motion_replaces_them(general: Playback) -> None:
     plots = LivePlots(gui)
     plots.show(general)
     plots.show(general)
-    assert [plot.removed for plot in gui.plots] == [True] * 3 + [False] * 3
+    assert [plot.removed for plot in gui.plots] == [True] * 5 + [False] * 5
     plots.clear()
     assert all(plot.removed for plot in gui.plots)
 
