@@ -37,9 +37,9 @@ def solve(
     n = len(matrix[0])
     if len(matrix) > n == 1:
         (column,) = zip(*matrix, strict=True)
-        square = _inner(column, column)
+        square = inner(column, column)
         inverse = 1.0 / square
-        found = [[mul(inverse, _inner(column, side))] for side in sides]
+        found = [[mul(inverse, inner(column, side))] for side in sides]
         return Solved(found, functions.sqrt(square))
     if len(matrix) > n:
         solutions, volume = _by_reflections(matrix, sides, functions)
@@ -49,7 +49,7 @@ def solve(
         return Solved([[mul(inverse, side[0])] for side in sides], matrix[0][0])
     lengths: Scalar = 1.0
     for number, row in enumerate(matrix):
-        square = _inner(row, row)
+        square = inner(row, row)
         if typical:
             square = mul(0.5, add(square, typical[number] ** 2))
         lengths = mul(lengths, square)
@@ -60,7 +60,8 @@ def solve(
     return Solved(solutions, determinant / functions.sqrt(lengths))
 
 
-def _inner(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
+def inner(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
+    """The sum of products, a length squared if both are the same."""
     total: Scalar = 0.0
     for x, y in zip(a, b, strict=True):
         total = add(total, mul(x, y))
@@ -99,7 +100,7 @@ def _by_minors(
 
 def squared_volume(columns: Sequence[Sequence[Scalar]], functions: Functions) -> Scalar:
     """The square of the volume that columns span, zero where they depend on one another."""
-    products = [[_inner(a, b) for b in columns] for a in columns]
+    products = [[inner(a, b) for b in columns] for a in columns]
     if len(columns) == 1:
         return products[0][0]
     if len(columns) <= 3:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from parakin.algebra.linear import solve
+from parakin.algebra.linear import inner, solve
 from parakin.algebra.spatial import FLOATS, Scalar, add, as_float, mul, sub
 from parakin.kernel.connectivity import System
 from parakin.kernel.force_rows import ForceRows
@@ -82,19 +82,19 @@ class Actuation:
         if not sides:
             return [], 1.0
         matrix = list(zip(*(self.columns[k] for k in self.wanted.actuated), strict=True))
-        squares = [[_inner(a, b) for b in matrix] for a in matrix]
+        squares = [[inner(a, b) for b in matrix] for a in matrix]
         wanted: list[Scalar] = [*(self.wanted.preload or [0.0] * len(self.wanted.actuated))]
         starts = [
             wanted if n == 0 and preloaded else [0.0] * len(wanted) for n in range(len(sides))
         ]
         rests = [
-            [sub(x, _inner(row, start)) for x, row in zip(side, matrix, strict=True)]
+            [sub(x, inner(row, start)) for x, row in zip(side, matrix, strict=True)]
             for side, start in zip(sides, starts, strict=True)
         ]
         solved = solve(squares, rests, self.statics.functions)
         columns = [self.columns[k] for k in self.wanted.actuated]
         found = [
-            [add(x, _inner(column, y)) for x, column in zip(start, columns, strict=True)]
+            [add(x, inner(column, y)) for x, column in zip(start, columns, strict=True)]
             for start, y in zip(starts, solved.solutions, strict=True)
         ]
         return found, mul(1.0 / self.wanted.reference, solved.conditioning)
@@ -108,10 +108,3 @@ def conditioning_at_home(plan: Plan, actuated: tuple[int, ...]) -> float:
     figure = as_float(home.efforts([0.0] * len(plan.driven), {})[2])
     least = _POOR ** len(home.others)
     return figure if abs(figure) > least else least if figure >= 0.0 else -least
-
-
-def _inner(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
-    total: Scalar = 0.0
-    for x, y in zip(a, b, strict=True):
-        total = add(total, mul(x, y))
-    return total

@@ -45,9 +45,8 @@ def forces(
     results = [*efforts, *bands, *(rate for rate, _ in motion), *(second for _, second in motion)]
     results += [figure, moved.quality.least(functions)]
     if wanted.idle or wanted.joints:
-        for k, effort in zip(wanted.actuated, efforts, strict=True):
-            needs = needs.less(statics.unit_effort(k), effort)
         given = dict(zip(wanted.actuated, efforts, strict=True))
+        needs = statics.after_efforts(needs, given)
         for k, found in resisting.items():
             given[k] = sub(given.get(k, 0.0), found.effort)
         results += reactions(statics, wanted, needs, given)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from parakin.algebra.linear import solve
+from parakin.algebra.linear import inner, solve
 from parakin.algebra.spatial import Scalar, add, mul
 from parakin.kernel.connectivity import System
 from parakin.kernel.force_rows import ForceRows
@@ -16,7 +16,7 @@ from parakin.kinematics.closure import Row, Wrench, all_rows
 from parakin.kinematics.readings import rate_wrenches
 from parakin.mechanics.powers import carried
 from parakin.mechanics.reactions import at_joint
-from parakin.mechanics.wrenches import brake, put
+from parakin.mechanics.wrenches import brake, gather, put_between
 from parakin.planning.plan import Block
 
 
@@ -58,22 +58,17 @@ def joint_loads(
     """
     exerted = _least(statics, needs) if wanted.least else _exerted(statics, wanted.extra, needs)
     on_cuts: dict[int, Wrench] = {}
-
-    def note(cut: int, wrench: Wrench) -> None:
-        on_cuts[cut] = on_cuts[cut].plus(wrench) if cut in on_cuts else wrench
-
     wrenches = dict(needs.wrenches)
     for row, end, value in exerted:
         wrench = statics.wrench_of(row, end).times(value)
-        note(row.cut, wrench)
-        put(wrenches, end.child, wrench.times(-1.0))
-        put(wrenches, end.parent, wrench)
+        gather(on_cuts, row.cut, wrench)
+        put_between(wrenches, end.parent, end.child, wrench)
     for k, effort in given.items():
         if k not in statics.inside:
             cut = statics.plan.graph.coordinates[k].joint
             end = loops.ends(statics.circuits, cut)
             units = rate_wrenches(statics.circuits, cut, end, statics.functions)
-            note(cut, units[k].times(effort))
+            gather(on_cuts, cut, units[k].times(effort))
     found = carried(statics.circuits, statics.plan.tree, wrenches)
     left = {
         k: add(found.efforts.get(k, 0.0), needs.efforts.get(k, 0.0)) for k in sorted(statics.inside)
@@ -84,11 +79,11 @@ def joint_loads(
 def _norm(statics: Statics, efforts: Mapping[int, Scalar]) -> Scalar:
     """Of efforts [N]; torques count by the characteristic length."""
     graph = statics.plan.graph
-    square: Scalar = 0.0
-    for k, effort in efforts.items():
-        part = mul(1.0 / graph.length if graph.coordinates[k].angle else 1.0, effort)
-        square = add(square, mul(part, part))
-    size: Scalar = statics.functions.sqrt(square)
+    parts = [
+        mul(1.0 / graph.length if graph.coordinates[k].angle else 1.0, effort)
+        for k, effort in efforts.items()
+    ]
+    size: Scalar = statics.functions.sqrt(inner(parts, parts))
     return size
 
 

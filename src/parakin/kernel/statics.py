@@ -17,7 +17,7 @@ from parakin.kinematics.closure import Row, Wrench, axis_on_loop
 from parakin.kinematics.readings import rate_wrenches
 from parakin.kinematics.recursion import Circuits
 from parakin.mechanics.powers import carried
-from parakin.mechanics.wrenches import Wrenches, put
+from parakin.mechanics.wrenches import Wrenches, put, put_between
 from parakin.planning.plan import Plan
 
 
@@ -67,6 +67,12 @@ class Statics:
         wrench = rate_wrenches(self.circuits, cut, end, self.functions)[k]
         return self._between(end, wrench)
 
+    def after_efforts(self, needs: Needs, efforts: Mapping[int, Scalar]) -> Needs:
+        """What is left to be balanced when coordinates exert these efforts."""
+        for k, effort in efforts.items():
+            needs = needs.less(self.unit_effort(k), effort)
+        return needs
+
     def wrench_of(self, row: Row, end: loops.Ends) -> Wrench:
         """What a multiplier of one in a closure row exerts on the child."""
         return row.wrench(end, partial(axis_on_loop, self.circuits, end))
@@ -77,8 +83,7 @@ class Statics:
 
     def _between(self, end: loops.Ends, wrench: Wrench) -> Needs:
         wrenches: Wrenches = {}
-        put(wrenches, end.child, wrench)
-        put(wrenches, end.parent, wrench.times(-1.0))
+        put_between(wrenches, end.child, end.parent, wrench)
         return Needs(wrenches, {})
 
     def answer(self, needs: Needs) -> Answer:
@@ -107,8 +112,7 @@ class Statics:
             for row, end, value in zip(system.block.rows, system.ends, values, strict=True):
                 if not is_zero(value):
                     wrench = self.wrench_of(row, end).times(value)
-                    put(wrenches, end.child, wrench.times(-1.0))
-                    put(wrenches, end.parent, wrench)
+                    put_between(wrenches, end.parent, end.child, wrench)
         return Needs(wrenches, needs.efforts)
 
     def for_driven(self, left: Mapping[int, Scalar]) -> list[Scalar]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from parakin.algebra.linear import solve
+from parakin.algebra.linear import inner, solve
 from parakin.algebra.spatial import Functions, Scalar, add, mul, sub
 from parakin.kernel.connectivity import System
 
@@ -44,17 +44,10 @@ def least_transposed(
     if len(jacobian) == len(sides):
         return solve(columns, [sides], functions).solutions[0]
     # x = J y, with one step of refinement, as JᵀJ has the square of J's conditioning.
-    squares = [[_inner(a, b) for b in columns] for a in columns]
+    squares = [[inner(a, b) for b in columns] for a in columns]
     found: list[Scalar] = [0.0 for _ in jacobian]
     for _ in range(2):
-        rest = [sub(side, _inner(c, found)) for side, c in zip(sides, columns, strict=True)]
+        rest = [sub(side, inner(c, found)) for side, c in zip(sides, columns, strict=True)]
         y = solve(squares, [rest], functions).solutions[0]
-        found = [add(x, _inner(row, y)) for x, row in zip(found, jacobian, strict=True)]
+        found = [add(x, inner(row, y)) for x, row in zip(found, jacobian, strict=True)]
     return found
-
-
-def _inner(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
-    total: Scalar = 0.0
-    for x, y in zip(a, b, strict=True):
-        total = add(total, mul(x, y))
-    return total

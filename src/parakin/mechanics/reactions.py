@@ -17,7 +17,7 @@ from parakin.kinematics.closure import Row, Wrench, all_rows
 from parakin.kinematics.configuration import Configuration, closure_system, loop_signs
 from parakin.kinematics.recursion import Circuits
 from parakin.mechanics.powers import carried
-from parakin.mechanics.wrenches import Wrenches, put
+from parakin.mechanics.wrenches import Wrenches, gather, put_between
 from parakin.model.graph import Graph, Tree
 from parakin.model.joints import GraphJoint
 
@@ -86,9 +86,8 @@ def joint_wrenches(
     for row, value in multipliers.items():
         end = at.ends[row.cut]
         wrench = row.wrench(end, at.axes.__getitem__).times(value)
-        on_cuts[row.cut] = on_cuts[row.cut].plus(wrench) if row.cut in on_cuts else wrench
-        put(needed, end.child, wrench.times(-1.0))
-        put(needed, end.parent, wrench)
+        gather(on_cuts, row.cut, wrench)
+        put_between(needed, end.parent, end.child, wrench)
     return carried(at.circuits, tree, needed, ()).joints | on_cuts
 
 

@@ -32,7 +32,18 @@ Wrenches = dict[int, Wrench]  # by body; those on the base are dropped
 def put(on: Wrenches, body: int, wrench: Wrench) -> None:
     """Add a wrench to those on a body."""
     if body:
-        on[body] = on[body].plus(wrench) if body in on else wrench
+        gather(on, body, wrench)
+
+
+def put_between(on: Wrenches, first: int, second: int, wrench: Wrench) -> None:
+    """Add a wrench to those on the first body, and its opposite to those on the second."""
+    put(on, first, wrench)
+    put(on, second, wrench.times(-1.0))
+
+
+def gather(on: dict[int, Wrench], number: int, wrench: Wrench) -> None:
+    """Add a wrench to those under a number, of a joint or a body."""
+    on[number] = on[number].plus(wrench) if number in on else wrench
 
 
 def wrenches_needed(
@@ -58,13 +69,10 @@ def wrenches_needed(
         taken, given = given[: applied.inputs], given[applied.inputs :]
         put(needed, applied.body, applied_wrench(circuits, applied, taken).times(-1.0))
     for spring in dynamics.springs:
-        wrench = pull(circuits, spring, functions).wrench
-        put(needed, spring.ends[0][0], wrench.times(-1.0))
-        put(needed, spring.ends[1][0], wrench)
+        (first, _), (second, _) = spring.ends
+        put_between(needed, second, first, pull(circuits, spring, functions).wrench)
     for ball in dynamics.balls:
-        braking = brake(circuits, ball)
-        put(needed, ball.child, braking)
-        put(needed, ball.parent, braking.times(-1.0))
+        put_between(needed, ball.child, ball.parent, brake(circuits, ball))
     return needed
 
 
