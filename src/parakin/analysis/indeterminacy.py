@@ -9,8 +9,8 @@ import numpy as np
 from scipy.linalg import qr
 
 from parakin.arrays import BoolArray, FloatArray
-from parakin.kinematics.assembly import neighbours
-from parakin.kinematics.configuration import Configuration, configure
+from parakin.kinematics.assembly import home_and_around
+from parakin.kinematics.configuration import Configuration
 from parakin.mechanics.reactions import JointAt, indeterminate, joints_at, stressed
 from parakin.model.graph import Graph
 
@@ -39,14 +39,12 @@ def indeterminacy(graph: Graph, home: Configuration) -> Indeterminacy:
     """Of a mechanism at home and at closed configurations around it."""
     declared = [joint for joint in graph.joints if joint.name != "platform"]
     joints, tree = joints_at(graph, declared), graph.tree()
-    samples = [home, *neighbours(graph, graph.posed_tree(), home, 3)]
-    samples = [configure(graph, tree, at.q) for at in samples]
+    samples = home_and_around(graph, tree, home, 3)
     unknown = indeterminate(graph, tree, joints, samples)
     stresses = [stressed(graph, tree, joints, at) for at in samples]
     generic = min(stresses, key=lambda each: each.shape[2])
-    freedom = (5 if joint.kind == "rod" else len(joint.pairs) for joint in declared)
     return Indeterminacy(
-        6 * len(declared) - sum(freedom),
+        sum(6 - joint.freedom for joint in declared),
         _named(joints, unknown),
         _named(joints, _released(generic)),
     )

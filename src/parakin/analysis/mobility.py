@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from parakin.arrays import FloatArray
-from parakin.kinematics.assembly import neighbours
+from parakin.kinematics.assembly import home_and_around
 from parakin.kinematics.closure import canonical_rows
 from parakin.kinematics.configuration import (
     Configuration,
@@ -92,25 +92,21 @@ def mobility(graph: Graph, home: Configuration, wanted: int = 0) -> Mobility:
     """
     tree = graph.tree()
     real = [joint for joint in graph.joints if joint.name != "platform"]
-    # A rod's two spherical joints leave it five freedoms and an idle spin, which is not counted.
-    freedom = sum(5 if joint.kind == "rod" else len(joint.pairs) for joint in real)
-    at = configure(graph, tree, home.q)
-    nearby = [
-        configure(graph, tree, c.q) for c in neighbours(graph, graph.posed_tree(), home, _NEARBY)
-    ]
+    samples = home_and_around(graph, tree, home, _NEARBY)
+    at, *nearby = samples
     cuts = [k for k in tree.cuts if k != graph.platform]
     rows = sum(len(canonical_rows(graph.joints[k], k)) for k in cuts)
     inside = len(graph.tree_coordinates(tree))
-    by_rank = [mobility_at(graph, c) for c in (at, *nearby)]
+    by_rank = [mobility_at(graph, c) for c in samples]
     blamed: list[str] = []
     mobility_if_spherical = min(by_rank)
     if mobility_if_spherical < wanted:
-        generic = (at, *nearby)[int(np.argmin(by_rank))]
+        generic = samples[int(np.argmin(by_rank))]
         blamed, mobility_if_spherical = _blame(graph, generic, wanted)
     return Mobility(
         bodies=len(graph.bodies),
         joints=len(real),
-        grubler=6 * (len(graph.bodies) - 1 - len(real)) + freedom,
+        grubler=6 * (len(graph.bodies) - 1 - len(real)) + sum(joint.freedom for joint in real),
         home=by_rank[0],
         nearby=tuple(by_rank[1:]),
         tree_coordinates=inside,

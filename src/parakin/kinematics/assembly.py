@@ -231,6 +231,14 @@ def joint_gap(at: Configuration, cut: int) -> tuple[float, float]:
     return mm, degrees
 
 
+def home_and_around(
+    graph: Graph, tree: Tree, home: Configuration, count: int
+) -> list[Configuration]:
+    """Home first, then closed configurations near it (see `neighbours`), all of them of `tree`."""
+    around = neighbours(graph, graph.posed_tree(), home, count)
+    return [configure(graph, tree, at.q) for at in (home, *around)]
+
+
 def neighbours(
     graph: Graph, tree: Tree, home: Configuration, count: int, size: float = 0.08, seed: int = 1
 ) -> list[Configuration]:

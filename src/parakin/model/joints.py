@@ -70,6 +70,11 @@ class GraphJoint:
         return range(self.first, self.first + len(self.pairs))
 
     @property
+    def freedom(self) -> int:
+        """How many freedoms it leaves its child. A rod has five, and an idle spin that is none."""
+        return 5 if self.kind == "rod" else len(self.pairs)
+
+    @property
     def proper(self) -> bool:
         """Whether the first and last of three turns share an axis (proper Euler angles)."""
         axes = [pair.axis for pair in self.pairs if not pair.slides]

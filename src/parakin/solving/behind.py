@@ -12,7 +12,7 @@ from parakin.errors import InputError
 from parakin.motion.motion import Samples
 from parakin.solving.charts import SPREAD, Chart
 from parakin.solving.forces import Asked, Forces
-from parakin.solving.locks import Locks, off_the_lock
+from parakin.solving.locks import Locks, begun_at
 from parakin.solving.status import SINGULAR, SOLVED, are
 from parakin.solving.tick import Tick
 
@@ -30,17 +30,15 @@ def forces_behind(
 ) -> Forces:
     """Of a pose or a batch, NaN where it is not solved, or solved where the chart is singular.
 
-    inputs: driven positions, velocities and accelerations.
-    turning: the rows of `Tick.turned`. Raises InputError on derivatives that
-    were not compiled.
+    inputs: driven positions, velocities and accelerations. turning: the rows of `Tick.turned`.
+    Raises InputError on derivatives that were not compiled.
     """
     if chart.outputs.derivatives < 2:
         raise InputError("solver", "one compiled without accelerations", "one with derivatives=2")
     columns = inputs[:, None] if inputs.ndim == 1 else inputs
     n, k = columns.shape[1], len(chart.plan.driven)
     position, velocity, acceleration = columns[: 3 * k].reshape(3, k, n)
-    known = tick.iterated if len(tick.iterated) else tick.position[chart.layout.iterated[0]]
-    found = off_the_lock(locks, known).reshape(-1, n)
+    found = begun_at(locks, chart.layout, tick).reshape(-1, n)
     mechanics = chart.mechanics
     rows = mechanics.rows(asked, mechanics.reference)
     place = dict(zip(turning.tolist(), range(len(turning)), strict=True))

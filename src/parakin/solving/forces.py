@@ -15,14 +15,14 @@ from parakin.errors import InputError, nearest
 from parakin.files.force_histories import History, histories
 from parakin.kernel.actuation import conditioning_at_home
 from parakin.kernel.force_rows import ForceRows, Loaded
-from parakin.kinematics.assembly import neighbours
+from parakin.kinematics.assembly import home_and_around
+from parakin.kinematics.closure import Row
 from parakin.kinematics.configuration import Configuration, configure
 from parakin.mechanics.reactions import SIZE, JointAt, indeterminate, joints_at
-from parakin.mechanics.resistance import AT_REST
 from parakin.model.evaluation import graph_of
-from parakin.model.motors import Motor
 from parakin.planning.holding import holding_rows
 from parakin.planning.plan import Plan
+from parakin.solving.motors import at_motors
 
 FOUND = 1e-9  # of the efforts: a last step to friction under load that found it
 NOT_KNOWN = ("nan", "minimum-norm")
@@ -120,8 +120,12 @@ class Mechanics:
         """Home, and closed configurations near it."""
         graph, tree = self.plan.graph, self.plan.tree
         home = configure(graph, graph.posed_tree(), configure(graph, tree, self.plan.home).q)
-        around = neighbours(graph, graph.posed_tree(), home, 3)
-        return [configure(graph, tree, at.q) for at in (home, *around)]
+        return home_and_around(graph, tree, home, 3)
+
+    @cached_property
+    def holding(self) -> tuple[Row, ...]:
+        """Closure rows that hold what the plan need not solve for."""
+        return holding_rows(self.plan, self.samples)
 
     @cached_property
     def joints(self) -> Mapping[str, JointAt]:
@@ -150,13 +154,13 @@ class Mechanics:
 
     def _made_rows(self, asked: Asked, reference: float) -> ForceRows:
         names = {c.name: k for k, c in enumerate(self.plan.graph.coordinates)}
-        holding = holding_rows(self.plan, self.samples)
+        held = bool(asked.joints or self.loaded) and not asked.least
         preload = {names[name]: value for name, value in asked.preload or ()}
         return ForceRows(
             self.actuated,
             self.plan.idle,
             tuple(self.joints[name] for name in asked.joints),
-            holding if (asked.joints or self.loaded) and not asked.least else (),
+            self.holding if held else (),
             asked.least,
             asked.energies,
             tuple(preload.get(k, 0.0) for k in self.actuated) if preload else (),
@@ -302,7 +306,7 @@ class Mechanics:
             out = self._blank_locked(rows, out)
         effort, band, velocity = out[rows.effort], out[rows.band], out[rows.velocity]
         motors = [graph.dynamics.motors.get(k) for k in self.actuated]
-        torque, motor_band, speed, current = _motors(
+        torque, motor_band, speed, current = at_motors(
             motors, effort, band, velocity, out[rows.acceleration]
         )
         reactions = out[rows.reactions].reshape(len(asked.joints), SIZE, *out.shape[1:])
@@ -366,35 +370,3 @@ def _spread(value: ArrayLike, rows: int, window: Window, name: str) -> FloatArra
     if not np.isfinite(array).all():
         raise InputError(f"loads of {name}", "numbers that are not finite", "finite ones")
     return np.array(array)
-
-
-def _motors(
-    motors: Sequence[Motor | None],
-    effort: FloatArray,
-    band: FloatArray,
-    velocity: FloatArray,
-    acceleration: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Torque, its band, speed and current of motors. A screw or gear takes more torque where it is
-    driven, and less where it drives back; at rest anything between.
-    """
-    torque, width, speed, current = (np.full_like(effort, np.nan) for _ in range(4))
-    for k, motor in enumerate(motors):
-        if motor is None:
-            continue
-        ideal = effort[k] / motor.ratio
-        rate = velocity[k]
-        power = effort[k] * rate
-        resting = np.abs(rate) < AT_REST
-        through = np.where(power > 0.0, ideal / motor.efficiency, ideal * motor.back_efficiency)
-        lossy = np.where(resting, ideal, through)
-        torque[k] = np.where(np.isfinite(power), lossy, np.nan)
-        torque[k] += motor.rotor * motor.ratio * acceleration[k]
-        ends = [(effort[k] + end * band[k]) / motor.ratio for end in (-1.0, 1.0)]
-        losses = (1.0 / motor.efficiency, motor.back_efficiency)
-        widest = np.max([np.abs(loss * end - ideal) for end in ends for loss in losses], axis=0)
-        width[k] = np.where(resting, widest, band[k] / abs(motor.ratio) / motor.efficiency)
-        speed[k] = motor.ratio * rate
-        if motor.torque_constant is not None:
-            current[k] = torque[k] / motor.torque_constant
-    return torque, width, speed, current

@@ -7,6 +7,8 @@ import numpy as np
 from parakin.arrays import BoolArray, FloatArray
 from parakin.planning.plan import Plan
 from parakin.solving.charts import Chart
+from parakin.solving.status import Layout
+from parakin.solving.tick import Tick
 from parakin.solving.walking import iterate
 
 _BESIDE = 1e-3  # rad: how near to where angles lock no iteration begins
@@ -51,6 +53,12 @@ def off_the_lock(locks: Locks, found: FloatArray) -> FloatArray:
             found = found.copy()
             found[row] += np.where(near, np.copysign(_BESIDE, off), 0.0)
     return found
+
+
+def begun_at(locks: Locks, layout: Layout, tick: Tick) -> FloatArray:
+    """A tick's iterated coordinates, (m,) or (m, n), for Newton's steps to begin from."""
+    known = tick.iterated if len(tick.iterated) else tick.position[layout.iterated[0]]
+    return off_the_lock(locks, known)
 
 
 def try_again(

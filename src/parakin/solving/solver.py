@@ -29,7 +29,7 @@ from parakin.solving.charts import Chart, counted
 from parakin.solving.forces import Mechanics
 from parakin.solving.from_home import from_guess, home_values
 from parakin.solving.inputs import Guesses, all_bounded, stacked
-from parakin.solving.locks import locks_of, off_the_lock
+from parakin.solving.locks import begun_at, locks_of
 from parakin.solving.results import Labels, quaternions
 from parakin.solving.status import (
     RESIDUAL,
@@ -152,7 +152,7 @@ class Solver:
         tick = self._at(inputs, guess, within, parallel=parallel)
         if not (forces or reactions or energies):
             return tick
-        asked = self._chart.mechanics.asked(
+        asked = self.mechanics.asked(
             reactions=reactions, energies=energies, preload=preload, indeterminate=indeterminate
         )
         found = forces_behind(
@@ -203,15 +203,14 @@ class Solver:
     @property
     def no_forces(self) -> str:
         """Why `solve` can give no forces, unless more is asked for; "" if it can."""
-        return self._chart.mechanics.refusal
+        return self.mechanics.refusal
 
     def configuration(self, y: FloatArray, tick: Tick) -> Configuration:
         """All joints and bodies in numbers, given driven values `y`, (k,), and what `at` returned
         for them.
         """
         chart = self._atlas.followed  # which knows whatever is solved for
-        known = tick.iterated if len(tick.iterated) else tick.position[self.layout.iterated[0]]
-        known = off_the_lock(self._locks, known)
+        known = begun_at(self._locks, self.layout, tick)
         inputs = np.concatenate([y, np.zeros(chart.outputs.derivatives * len(y)), known])
         return chart.configuration(y, chart.run(inputs))
 
@@ -235,8 +234,7 @@ class Solver:
         place = np.asarray(y, dtype=float)[:, None]
         points = points_of(self.graph, True)
         samples = Samples(np.zeros(1), place, zero, zero)
-        known = tick.iterated if len(tick.iterated) else tick.position[self.layout.iterated[0]]
-        found = off_the_lock(self._locks, known)[:, None]
+        found = begun_at(self._locks, self.layout, tick)[:, None]
         blocks = self._chart.figures(points, samples, found, False).reshape(len(points), POINT, 1)
         return blocks[:, POSITION, 0], quaternions(blocks[:, ORIENTATION], None)[0]
 
@@ -293,19 +291,10 @@ class Solver:
         cannot be had: of a mechanism without mass, with fewer actuators than freedoms, or, without
         a preload, with more.
         """
-        motion = motion if isinstance(motion, Motion) else self.motion(motion)
-        (result,) = self.stream(
-            motion,
-            max(motion.count, 1),
-            bodies=bodies,
-            forces=forces,
-            reactions=reactions,
-            energies=energies,
-            preload=preload,
-            indeterminate=indeterminate,
-            loads=loads,
-            parallel=parallel,
-        )
+        motion = self._driving(motion)
+        windows = self._windows(bodies, forces, reactions, energies, preload, indeterminate, loads)
+        size = max(motion.count, 1)
+        (result,) = windows.solve(motion, size, derivatives=self.derivatives, parallel=parallel)
         return result
 
     def stream(
@@ -327,7 +316,7 @@ class Solver:
         """
         if not isinstance(size, (int, np.integer)) or size < 1:
             raise InputError("size", repr(size), "a whole number of samples, 1 or more")
-        motion = self._driving(motion if isinstance(motion, Motion) else self.motion(motion))
+        motion = self._driving(motion)
         windows = self._windows(bodies, forces, reactions, energies, preload, indeterminate, loads)
         yield from windows.solve(motion, size, derivatives=self.derivatives, parallel=parallel)
 
@@ -343,7 +332,7 @@ class Solver:
     ) -> Windows:
         asked = None
         if forces or reactions or energies:
-            asked = self._chart.mechanics.asked(
+            asked = self.mechanics.asked(
                 reactions=reactions, energies=energies, preload=preload, indeterminate=indeterminate
             )
         return Windows(self._atlas, self._labels, points_of(self.graph, bodies), asked, loads)
@@ -363,12 +352,13 @@ class Solver:
         types and attributes, but NaN for every value: nothing is solved. Raises InputError, as
         `solve` does.
         """
-        motion = self._driving(motion if isinstance(motion, Motion) else self.motion(motion))
+        motion = self._driving(motion)
         windows = self._windows(bodies, forces, reactions, energies, preload, indeterminate, None)
         return windows.schema(motion, self.reported.count)
 
-    def _driving(self, motion: Motion) -> Motion:
+    def _driving(self, motion: Motion | str | Path) -> Motion:
         """The motion, its rows in the order of the driven coordinates, if it can be solved."""
+        motion = motion if isinstance(motion, Motion) else self.motion(motion)
         if self.derivatives < 2 or not self._outputs.checks:
             raise InputError(
                 "solver",
