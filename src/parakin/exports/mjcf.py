@@ -20,6 +20,7 @@ from parakin.arrays import FloatArray
 from parakin.errors import not_installed
 from parakin.exports.mjcf_dynamics import Weighing
 from parakin.files.parsing import parse_xml
+from parakin.files.vocabulary import unused
 from parakin.kinematics.assembly import assembled
 from parakin.kinematics.configuration import Configuration, configure
 from parakin.model.graph import Graph
@@ -204,9 +205,7 @@ class _Model:
 
     def _inside(self, joint: str, what: str = "link") -> str:
         """An unused name for a body, as a small one within a joint."""
-        name = f"{joint} {what}"
-        while name in self.taken:
-            name += "'"
+        name = unused(f"{joint} {what}", self.taken)
         self.taken.add(name)
         return name
 

@@ -18,6 +18,7 @@ import numpy as np
 from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, ZERO, Matrix, Pose, Vector, matrix
 from parakin.errors import not_installed
 from parakin.exports.left_out import comment, left_out, masses_of
+from parakin.files.vocabulary import unused
 from parakin.kinematics.assembly import assembled
 from parakin.kinematics.configuration import Configuration, configure
 from parakin.model.dynamics import Passive
@@ -221,9 +222,7 @@ class _Robot:
         return self.frame(f"{joint.name}_A", near, Pose(IDENTITY, Vector((0.0, 0.0, joint.length))))
 
     def _fresh(self, name: str) -> str:
-        while name in self.links or name in self.graph.bodies:
-            name += "'"
-        return name
+        return unused(name, {*self.links, *self.graph.bodies})
 
 
 def _rpy(R: Matrix[float]) -> Vector[float]:

@@ -42,10 +42,10 @@ def beside(mechanism: Mechanism, name: str, place: str) -> Path:
     """A file that a mechanism's file names, in the same folder or below. Raises InputError on any
     other.
     """
-    folder, path = Path(mechanism.origin or ".").parent, Path(name)
+    path = Path(name)
     if path.is_absolute() or ".." in path.parts:
         raise InputError(place, repr(name), "a file in the folder of the mechanism's, or below")
-    return folder / path
+    return mechanism.folder / path
 
 
 def _factor(law: Law, time: FloatArray) -> FloatArray:

@@ -12,6 +12,7 @@ from parakin.files import link_masses, resistances
 from parakin.files.link_springs import LinkSpring, Springs
 from parakin.files.links import (
     Link,
+    Owners,
     Range,
     merge_chains,
     merge_rigid,
@@ -112,7 +113,7 @@ def _body_names(
     base: str,
     bodies: Sequence[str],
     joints: Sequence[Link],
-    owner: Mapping[str, tuple[str, Pose[float]]],
+    owner: Owners,
 ) -> dict[str, str]:
     """Our names of the bodies that joints connect, by the file's; the base comes first."""
     ends = {body for link in joints for body in (link.parent, link.child)}
@@ -124,9 +125,7 @@ def _body_names(
     }
 
 
-def _called(
-    body: str, base: str, bodies: Sequence[str], owner: Mapping[str, tuple[str, Pose[float]]]
-) -> str:
+def _called(body: str, base: str, bodies: Sequence[str], owner: Owners) -> str:
     """A body's name in the file; for the world, that of the first body whose frame is the world's,
     if any: one that stands elsewhere would lend its name to another frame.
     """
@@ -231,7 +230,7 @@ def _pose_limits(pose: Link | None) -> dict[str, Range]:
 
 
 def _points(
-    owner: Mapping[str, tuple[str, Pose[float]]], names: Mapping[str, str], pose: Link | None
+    owner: Owners, names: Mapping[str, str], pose: Link | None
 ) -> dict[str, dict[str, Vector[float]]]:
     """Points by body: the links fixed to it, and the platform's reference point."""
     points: dict[str, dict[str, Vector[float]]] = {body: {} for body in names}

@@ -6,11 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from parakin.algebra.spatial import Matrix, Pose, Vector
+from parakin.files.links import Owners
 from parakin.files.vocabulary import listed
 from parakin.model.bodies import Inertia
 from parakin.model.masses import Mass, combined
-
-Owners = Mapping[str, tuple[str, Pose[float]]]
 
 
 def massive(masses: Mapping[str, Mass], owner: Owners) -> set[str]:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from parakin.algebra.spatial import Pose, Vector
-from parakin.files.vocabulary import listed
+from parakin.algebra.spatial import Vector
+from parakin.files.links import Owners
+from parakin.files.vocabulary import listed, unused
 from parakin.model.forces import SpringBetween
-
-Owners = Mapping[str, tuple[str, Pose[float]]]
 
 
 class LinkSpring(NamedTuple):
@@ -41,11 +40,11 @@ class Springs:
             if not all(link in owner and owner[link][0] in names for link, _ in spring.ends):
                 lost.append(spring.name)
                 continue
-            label = _free(spring.name, self.forces)
+            label = unused(spring.name, self.forces)
             between = []
             for number, (link, p) in enumerate(spring.ends, start=1):
                 body, at = owner[link]
-                point = _free(f"{label} {number}", points[body])
+                point = unused(f"{label} {number}", points[body])
                 points[body][point] = at.p + at.R @ p
                 between.append(f"{names[body]}.{point}")
             self.forces[label] = SpringBetween(
@@ -56,9 +55,3 @@ class Springs:
                 length=spring.length,
             )
         self.notes = listed("Springs left out, at links within joints", lost)
-
-
-def _free(name: str, taken: Mapping[str, object]) -> str:
-    while name in taken:
-        name += "'"
-    return name

@@ -30,6 +30,7 @@ from parakin.model.joints import PAIRS, THETA
 from parakin.model.placement import about
 
 Range = tuple[float, float]
+Owners = Mapping[str, tuple[str, Pose[float]]]  # of links: the body that each is part of, its place
 TINY = 1e-12  # a ratio of coupled joints that is less is none that anybody meant
 _UPSIDE_DOWN = Pose(matrix(((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))), ZERO)
 _BARE = ("spherical", "free")  # kinds whose coordinates have no axes of their own to resist along

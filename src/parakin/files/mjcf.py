@@ -21,7 +21,7 @@ from parakin.files.mjcf_dynamics import Gears, Weights, is_ours
 from parakin.files.mjcf_skeleton import check_mjcf, skeleton, used
 from parakin.files.mjcf_springs import Tendons
 from parakin.files.parsing import number, numbers
-from parakin.files.vocabulary import line_number, line_of, listed, not_used
+from parakin.files.vocabulary import line_number, line_of, listed, not_used, unused
 from parakin.model.mechanism import MAX_JOINTS, Mechanism
 from parakin.model.placement import about, vector
 
@@ -189,7 +189,7 @@ class _Model:
         made = []
         for j in range(first, first + count):
             last = j == first + count - 1
-            far = name if last else _unused(f"{name} after {self.joints[j]}", self.taken)
+            far = name if last else _taken(f"{name} after {self.joints[j]}", self.taken)
             made.append(self._link(j, near, far, at))
             near, at = far, IDENTITY_POSE
         return made
@@ -336,13 +336,12 @@ def _equality_lines(root: _Element) -> list[int]:
 def _all_named(names: list[str], what: str) -> list[str]:
     """Names by number, those that are missing made up: `what` and the number."""
     taken = set(names)
-    return [name or _unused(f"{what}{k}", taken) for k, name in enumerate(names)]
+    return [name or _taken(f"{what}{k}", taken) for k, name in enumerate(names)]
 
 
-def _unused(name: str, taken: set[str]) -> str:
-    """`name`, with primes if others have it; adds it to `taken`."""
-    while name in taken:
-        name += "'"
+def _taken(name: str, taken: set[str]) -> str:
+    """An unused name, added to those `taken`."""
+    name = unused(name, taken)
     taken.add(name)
     return name
 

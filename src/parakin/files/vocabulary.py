@@ -8,7 +8,7 @@ its own in this form.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -134,6 +134,13 @@ def not_used(root: _Element, used: Callable[[_Element], bool]) -> str:
             else:
                 found.add(f"<{written(element)}>")
     return f" Not used: {', '.join(sorted(found))}." if found else ""
+
+
+def unused(name: str, taken: Container[str]) -> str:
+    """`name`, with primes if others have it."""
+    while name in taken:
+        name += "'"
+    return name
 
 
 def listed(what: str, names: Sequence[str]) -> str:

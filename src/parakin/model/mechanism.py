@@ -8,6 +8,7 @@ here; numbers are evaluated in `parakin.model.evaluation`.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pydantic
@@ -149,6 +150,11 @@ class Mechanism(Table):
     def where(self) -> str:
         """What messages call it: its file, or its name."""
         return printable(self.origin) or self.name
+
+    @property
+    def folder(self) -> Path:
+        """Where files are that its file names."""
+        return Path(self.origin or ".").parent
 
     def _repr_html_(self) -> str:
         bodies = [body.name for body in self.bodies if body.name != self.base]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,8 +16,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from parakin.model.graph import Graph
+    from parakin.model.motors import Motor
 
 _RANGED = ("effort", "power", "motor_torque", "motor_speed", "motor_power", "motor_current")
+RPM = 30.0 / math.pi  # per rad/s
 _SQUARED = ("effort", "motor_torque")
 
 
@@ -157,10 +160,15 @@ def force_extremes(ds: xr.Dataset, before: ForceExtremes | None = None) -> Force
     return found
 
 
+def motor_of(graph: Graph, actuator: str) -> Motor | None:
+    """The motor of an actuator, if it has a drive."""
+    return graph.dynamics.motors.get(graph.index(actuator, "actuators"))
+
+
 def uses(found: ForceExtremes, graph: Graph) -> Iterator[Use]:
     """How much of each limit of each drive is used."""
     for k, name in enumerate(found.actuators):
-        motor = graph.dynamics.motors.get(graph.index(name, "actuators"))
+        motor = motor_of(graph, name)
         if motor is None:
             continue
         turns = found.units[k] == "N m"

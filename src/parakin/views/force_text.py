@@ -12,11 +12,10 @@ from rich.text import Text
 
 from parakin.arrays import BoolArray
 from parakin.model.graph import Graph
-from parakin.views.force_extremes import ForceExtremes, Reactions, uses
+from parakin.views.force_extremes import RPM, ForceExtremes, Reactions, motor_of, uses
 from parakin.views.ranges import Range
 
 NEAR = 0.01  # how firmly actuators hold, home being 1: below, efforts grow without bound
-RPM = 30.0 / math.pi  # per rad/s
 _NOTHING = 1e-9  # below it is rounding
 
 
@@ -84,7 +83,7 @@ def drive_rows(found: ForceExtremes, graph: Graph) -> list[tuple[str, ...]]:
     """Cells of each drive: its name, peak and RMS torque, peak speed and current."""
     rows: list[tuple[str, ...]] = []
     for k, name in enumerate(found.actuators):
-        motor = graph.dynamics.motors.get(graph.index(name, "actuators"))
+        motor = motor_of(graph, name)
         if motor is None:
             continue
         torque, speed, scale = ("N m", "rpm", RPM) if motor.turns else ("N", "m/s", 1.0)

@@ -14,7 +14,7 @@ from parakin.arrays import ORDERS, PER_TIME, FloatArray
 from parakin.model.motors import Motor
 from parakin.views.extremes import Extremes
 from parakin.views.flags import flagged_spans
-from parakin.views.force_extremes import ForceExtremes
+from parakin.views.force_extremes import RPM, ForceExtremes
 from parakin.views.scheme.sheet import STYLE
 from parakin.views.thinning import thinned
 from parakin.views.units import unit_of
@@ -96,7 +96,7 @@ def force_curves(ds: xr.Dataset, name: str, found: ForceExtremes, motor: Motor |
 
 
 def _torque_over_speed(axes: Axes, one: xr.Dataset, motor: Motor) -> None:
-    scale = 30.0 / np.pi if motor.turns else 1.0  # rpm
+    scale = RPM if motor.turns else 1.0
     speed, torque = scale * one["motor_speed"].values, one["motor_torque"].values
     rows = thinned(np.array([speed, torque]), _BUCKETS)
     axes.plot(speed[rows], torque[rows], color=_CURVE, linewidth=1.1)

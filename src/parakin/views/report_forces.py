@@ -11,8 +11,15 @@ from rich.text import Text
 
 from parakin.model.graph import Graph
 from parakin.solving.solver import Solver
-from parakin.views.force_extremes import ForceExtremes, uses
-from parakin.views.force_text import drive_rows, figure, reaction_rows, warnings, work_words
+from parakin.views.force_extremes import ForceExtremes, motor_of, uses
+from parakin.views.force_text import (
+    drive_rows,
+    figure,
+    limit_rows,
+    reaction_rows,
+    warnings,
+    work_words,
+)
 from parakin.views.report_curves import force_curves, inline_svg
 from parakin.views.report_parts import at, drawn, lines, table
 
@@ -33,7 +40,7 @@ def forces_parts(solver: Solver, picture: xr.Dataset, found: ForceExtremes | Non
     words += [Text(line[0].upper() + line[1:] + ".") for line in work_words(found)]
     parts += [lines(words), _efforts(found), *_drives(found, graph)]
     for k, name in enumerate(found.actuators):
-        motor = graph.dynamics.motors.get(graph.index(name, "actuators"))
+        motor = motor_of(graph, name)
         label = f"Effort and power of {name}"
         if motor is not None:
             label = f"Effort and power of {name}, and its motor's torque over its speed"
@@ -95,17 +102,11 @@ def _drives(found: ForceExtremes, graph: Graph) -> Iterator[str]:
     if rows:
         yield table(("motor", "peak torque", "RMS torque", "peak speed", "peak current"), rows)
     limits = []
-    for use in uses(found, graph):
+    for use, cells in zip(uses(found, graph), limit_rows(found, graph), strict=True):
+        name, peak, limit, part = map(escape, cells)
         tone, word = ("bad", "exceeded") if use.part > 1.0 else ("good", "ok")
-        limits.append(
-            (
-                escape(f"{use.actuator}, {use.what}"),
-                at(f"{figure(use.peak)} {use.unit}", use.time),
-                f"{use.limit:,.6g} {use.unit}",
-                f"{100 * use.part:.0f} %",
-                f'<span class="{tone}">{word}</span>',
-            )
-        )
+        kept = f'<span class="{tone}">{word}</span>'
+        limits.append((name, at(peak, use.time), limit, part, kept))
     if limits:
         yield table(("limit of a drive", "peak", "limit", "used", "kept"), limits)
 

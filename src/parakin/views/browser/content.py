@@ -133,13 +133,12 @@ class Content:
         message about the others.
         """
         allowed = {Path(name).resolve() for name in self.meshes}
-        folder = Path(graph.mechanism.origin or ".").parent
         found: dict[str, Mesh] = {}
         skipped = []
         for body in graph.mechanism.bodies:
             if body.mesh is None:
                 continue
-            path = folder / body.mesh.file
+            path = graph.mechanism.folder / body.mesh.file
             if path.resolve() not in allowed:
                 skipped.append(body.mesh.file)
                 continue
@@ -163,8 +162,8 @@ class Content:
                     loaded.solver.motion(motion)
             except ParakinError as error:
                 found.append(str(error))
-        folder = Path(loaded.mechanism.origin or ".").parent
-        used = {(folder / b.mesh.file).resolve() for b in loaded.mechanism.bodies if b.mesh}
+        mechanism = loaded.mechanism
+        used = {(mechanism.folder / b.mesh.file).resolve() for b in mechanism.bodies if b.mesh}
         for mesh in self.meshes:
             try:
                 read_mesh(Path(mesh))

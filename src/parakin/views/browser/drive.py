@@ -100,8 +100,7 @@ class Drive:
         if self.solver.no_forces:
             return None
         wrenches = self.solver.graph.dynamics.wrenches
-        none = {w.name: np.zeros(w.inputs) for w in wrenches if w.inputs > 1}
-        none |= {w.name: np.zeros(()) for w in wrenches if w.inputs == 1}
+        none = {w.name: np.zeros(w.inputs) for w in wrenches if w.inputs}
         guess = self.tick.position
         given: dict[str, FloatArray | float] = {**none, **loads}
         tick = self.solver.at(self.y, guess=guess, forces=True, reactions=reactions, loads=given)
