@@ -30,6 +30,8 @@ from benchmarks.peers.ways import (
 )
 
 STEP = 1e-4  # [s]
+GRAVITY = [0.0, 0.0, -9.80665]  # [m/s²]; poses do not depend on it
+UNIT = RigidBodyInertia(mass=1, inertiaTensor=np.eye(3))
 X, Y, Z = np.eye(3)
 Read = Callable[[Floats], Floats]  # from the coordinates (orders, bodies, 6)
 
@@ -44,11 +46,12 @@ class System:
         self.ground = self.mbs.CreateGround()
         self.drives: list[tuple[Any, str, float]] = []
 
-    def body(self, at: Floats, angle: float = 0.0, bend: float = 0.0) -> Any:
+    def body(self, at: Floats, angle: float = 0.0, bend: float = 0.0, inertia: Any = UNIT) -> Any:
         return self.mbs.CreateRigidBody(
             referencePosition=at,
             referenceRotationMatrix=RotationMatrixX(angle) @ RotationMatrixY(bend),
-            inertia=RigidBodyInertia(mass=1, inertiaTensor=np.eye(3)),
+            inertia=inertia,
+            gravity=GRAVITY,
             nodeType=exu.NodeType.RotationRxyz,
         )
 
@@ -84,9 +87,9 @@ class System:
         )
         self.drives.append((drive, "distance", at_zero))
 
-    def solution(self, read: Read) -> Solve:
-        """Solves for what `read` makes of the bodies' coordinates and, if given, their rates."""
-        mbs, data = self.mbs, self.mbs.systemData
+    def assembled(self) -> tuple[Any, Any, Callable[[Floats], Floats]]:
+        """Its static solver, the settings, and the constraints' Jacobian at given coordinates."""
+        mbs = self.mbs
         mbs.Assemble()
         settings = exu.SimulationSettings()
         settings.solution.file.write = settings.solution.sensors.active = False
@@ -98,20 +101,27 @@ class System:
         n = solver.GetODE2size()
 
         def all_rows(q: Floats) -> Floats:
-            data.SetODE2Coordinates(q)
+            mbs.systemData.SetODE2Coordinates(q)
             solver.ComputeJacobianODE2RHS(mbs)  # clears what the next call adds to
             solver.ComputeJacobianAE(mbs)
             return np.array(solver.GetSystemJacobian()[n:, :n])
 
         # Joints also have rows for the multipliers of what they leave free
         holding = all_rows(np.zeros(n)).any(axis=1)
+        return solver, settings, lambda q: all_rows(q)[holding]
+
+    def solution(self, read: Read) -> Solve:
+        """Solves for what `read` makes of the bodies' coordinates and, if given, their rates."""
+        mbs, data = self.mbs, self.mbs.systemData
+        _, settings, rows = self.assembled()
 
         def rates(given: Floats) -> tuple[Floats, Floats]:
-            q, driven = np.array(data.GetODE2Coordinates()), np.zeros((2, n))
+            q = np.array(data.GetODE2Coordinates())
+            driven = np.zeros((2, len(q)))
             driven[:, -len(self.drives) :] = given[1:]
-            jacobian = all_rows(q)[holding]
+            jacobian = rows(q)
             qd = np.linalg.solve(jacobian, driven[0])
-            change = all_rows(q + STEP * qd)[holding] - all_rows(q - STEP * qd)[holding]
+            change = rows(q + STEP * qd) - rows(q - STEP * qd)
             qdd = np.linalg.solve(jacobian, driven[1] - change @ qd / (2 * STEP))
             data.SetODE2Coordinates(q)
             return qd, qdd
@@ -213,20 +223,44 @@ def flight_simulator() -> Both:
     return Both(one_by_one(way(POSE)), one_by_one(way(SLIDERS)))
 
 
-def hexapod() -> Both:
-    home = 1.1 * Z
-    inverse = System()
-    platform = inverse.body(home)
+HOME = 1.1 * Z
+
+
+def driven_platform() -> System:
+    system, platform, _ = with_legs([UNIT] * 13)
+    for coordinate, at_reference in enumerate((*HOME, 0.0, 0.0, 0.0)):
+        system.drive_coordinate(platform, coordinate, at_reference)
+    return system
+
+
+def driven_legs(inertias: Sequence[Any]) -> System:
+    system, _, pistons = with_legs(inertias)
+    for foot, piston in zip(FEET, pistons, strict=True):
+        system.drive_distance(foot, piston, STROKE_0)
+    return system
+
+
+def with_legs(inertias: Sequence[Any]) -> tuple[System, Any, list[Any]]:
+    """The hexapod at home, nothing driven; with its platform and pistons.
+
+    `inertias` are the platform's, then each leg's: cylinder and piston.
+    """
+    system, cabin, tubes = System(), inertias[0], np.reshape(inertias[1:], (6, 2))
+    platform = system.body(HOME, inertia=cabin)
     legs = [
-        (inverse.body(foot), inverse.body(home + top)) for foot, top in zip(FEET, TOPS, strict=True)
+        (system.body(foot, inertia=of_upper), system.body(HOME + top, inertia=of_lower))
+        for foot, top, (of_upper, of_lower) in zip(FEET, TOPS, tubes, strict=True)
     ]
-    for (upper, lower), foot, top, axes in zip(legs, FEET, home + TOPS, AXES, strict=True):
+    for (upper, lower), foot, top, axes in zip(legs, FEET, HOME + TOPS, AXES, strict=True):
         second = np.cross(axes[:, 2], top - foot)
-        inverse.universal(upper, foot, axes[:, 2], second / np.linalg.norm(second))
-        inverse.prismatic(upper, lower, top, top - foot)
-        inverse.spherical(lower, platform, top)
-    for coordinate, at_reference in enumerate((*home, 0.0, 0.0, 0.0)):
-        inverse.drive_coordinate(platform, coordinate, at_reference)
+        system.universal(upper, foot, axes[:, 2], second / np.linalg.norm(second))
+        system.prismatic(upper, lower, top, top - foot)
+        system.spherical(lower, platform, top)
+    return system, platform, [lower for _, lower in legs]
+
+
+def hexapod() -> Both:
+    inverse = driven_platform()
 
     def joints(states: Floats) -> Floats:
         x, y, z = np.einsum("kij,ki->jk", AXES, states[0, 2::2, :3] - states[0, 1::2, :3])
@@ -235,7 +269,7 @@ def hexapod() -> Both:
         return np.column_stack(turns).reshape(1, -1)
 
     forward = System()
-    platform = forward.body(home)
+    platform = forward.body(HOME)
     for foot, top in zip(FEET, TOPS, strict=True):
         forward.drive_distance(foot, platform, STROKE_0, top)
     pose = forward.solution(lambda states: states[0])

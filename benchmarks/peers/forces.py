@@ -2,11 +2,13 @@
 
     python -m benchmarks.peers.forces
 
-Peers load what `parakin export` writes, and are given positions, velocities and accelerations of
-all joints of the open tree. Their inverse dynamics know nothing of the loops: the forces in these,
-and with them the efforts, are the user's, from the Jacobians that the engine gives. parakin is
-given the platform's motion, and finds the joints' by itself. Differences are the largest over 1,000
-poses. Nothing else should run.
+MuJoCo and Pinocchio load what `parakin export` writes, and are given positions, velocities and
+accelerations of all joints of the open tree. Their inverse dynamics know nothing of the loops: the
+forces in these, and with them the efforts, are the user's, from the Jacobians that the engine
+gives. exudyn is told the dimensions and masses, and given every body's motion, which it found from
+the platform's before; mass matrix, forces and the constraints' Jacobian are its own, the equations
+between them the user's to solve. parakin is given the platform's motion, and finds the joints' by
+itself. Differences are the largest over 1,000 poses. Nothing else should run.
 """
 
 from __future__ import annotations
@@ -16,14 +18,18 @@ from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import parakin
+from benchmarks.peers.dimensions import FEET, TOPS
 from benchmarks.peers.ways import COUNT, Floats
 from benchmarks.timing import best, machine
 from parakin.model.dynamics import STANDARD_GRAVITY
+
+if TYPE_CHECKING:
+    from benchmarks.peers.exudyn_ import System
 
 NAME, MOTION = "gough-stewart", "tour"
 ACTUATED = [f"P{i}" for i in range(1, 7)]
@@ -117,6 +123,61 @@ def _configured(model: Any, name: str, values: Floats) -> Floats:
     return np.stack([np.cos(values), np.sin(values)]) if turns else values[None, :]
 
 
+def of_exudyn(state: State, _: Path) -> Answer:
+    from exudyn.rigidBodyUtilities import RigidBodyInertia
+
+    from benchmarks.peers.exudyn_ import HOME, driven_legs, driven_platform
+
+    def tube(along: Floats, outer: float, inner: float) -> Any:
+        """A steel one of 0.7 m from its body's origin, of diameters in metres."""
+        mass = 7850.0 * 0.7 * np.pi / 4 * (outer**2 - inner**2)
+        axial = mass * (outer**2 + inner**2) / 8
+        across = axial / 2 + mass * 0.7**2 / 12
+        tensor = across * np.eye(3) + (axial - across) * np.outer(along, along)
+        return RigidBodyInertia(mass, tensor, 0.35 * along, inertiaTensorAtCOM=True)
+
+    inertias = [
+        RigidBodyInertia(
+            250.0, np.diag([40.0, 45.0, 60.0]), np.array([0.0, 0.0, 0.25]), inertiaTensorAtCOM=True
+        )
+    ]
+    for foot, top in zip(FEET, HOME + TOPS, strict=True):
+        along = (top - foot) / np.linalg.norm(top - foot)
+        inertias += [tube(along, 0.08, 0.064), tube(-along, 0.05, 0.04)]
+    platform = [f"platform.{name}" for name in ("x", "y", "z", "roll", "pitch", "yaw")]
+    given = np.array([state[name] for name in platform])
+    move = driven_platform().solution(lambda states: states)
+    states = [np.reshape(move(each, each), (3, -1)) for each in given.T]
+    strokes = np.array([state[name][0] for name in ACTUATED])
+    multipliers = _multipliers(driven_legs(inertias))
+    return lambda k: multipliers(states[k], strokes[:, k])
+
+
+def _multipliers(system: System) -> Callable[[Floats, Floats], Floats]:
+    """Those of ball joints and drives, from the bodies' coordinates with their rates, (3, n)."""
+    import exudyn
+
+    mbs, data = system.mbs, system.mbs.systemData
+    solver, _, rows = system.assembled()
+    n = solver.GetODE2size()
+    home = np.array(data.GetODE2Coordinates(exudyn.ConfigurationType.Reference))
+
+    def solve(states: Floats, driven: Floats) -> Floats:
+        for (number, what, at_zero), value in zip(system.drives, driven, strict=True):
+            mbs.SetObjectParameter(number, what, float(at_zero + value))  # scales its row
+        jacobian = rows(states[0] - home)
+        data.SetODE2Coordinates_t(states[1])
+        solver.ComputeMassMatrix(mbs)
+        solver.ComputeODE2RHS(mbs)
+        acting = np.array(solver.GetSystemResidual()[:n])
+        needed = np.array(solver.GetSystemMassMatrix()) @ states[2] - acting
+        found = np.linalg.solve(jacobian.T, needed)
+        legs = found[:72].reshape(6, 12)  # universal 4, prismatic 5, spherical 3
+        return np.concatenate([legs[:, 9:].ravel(), found[72:]])
+
+    return solve
+
+
 def main() -> None:
     state, ours, seconds = solved()
     print(f"{machine()}\n")
@@ -125,6 +186,7 @@ def main() -> None:
     for title, distribution, build in (
         ("MuJoCo {}, `mj_inverse`", "mujoco", of_mujoco),
         ("Pinocchio {}, `rnea`", "pin", of_pinocchio),
+        ("exudyn {}, its equations solved", "exudyn", of_exudyn),
     ):
         with TemporaryDirectory() as folder:
             efforts = build(state, Path(folder))

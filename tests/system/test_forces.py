@@ -154,18 +154,23 @@ def _check_forces(solver: parakin.Solver, lumps: dict[str, Lump], actuated: Sequ
 
 
 @pytest.mark.repository
-@pytest.mark.parametrize(("engine", "within"), [("mujoco", 1e-4), ("pinocchio", 1e-9)])
+@pytest.mark.parametrize(
+    ("engine", "within"), [("mujoco", 1e-4), ("pinocchio", 1e-9), ("exudyn", 1e-7)]
+)
 def test_other_engines_agree_once_the_loops_are_added(
     engine: str, within: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """MuJoCo's bodies without mass have some 1e-7 kg, as it takes none."""
+    """MuJoCo's bodies without mass have some 1e-7 kg, as it takes none.
+
+    exudyn's accelerations are differences, right to 1e-11; it is told dimensions and masses alone.
+    """
     pytest.importorskip(engine)
     pytest.importorskip("lxml")
     monkeypatch.syspath_prepend(Path(__file__).parents[2])
     from benchmarks.peers import forces
 
     state, ours, _ = forces.solved()
-    build = {"mujoco": forces.of_mujoco, "pinocchio": forces.of_pinocchio}[engine]
+    build = getattr(forces, f"of_{engine}")
     theirs = build(state, tmp_path)
     solver = parakin.compile(forces.NAME)
     given = [np.array([state[name][k] for name in solver.driven]) for k in range(3)]
