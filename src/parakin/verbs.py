@@ -81,25 +81,36 @@ def plot(
 
 
 def film(
-    solver: Solver, motion: Motion | str | Path, path: str | Path, *, forces: bool = False
+    solver: Solver,
+    motion: Motion | str | Path,
+    path: str | Path,
+    *,
+    forces: bool = False,
+    preload: Mapping[str, float] | None = None,
 ) -> None:
     """Solve a motion and film it, .mp4 or .gif. forces: with arrows and curves of the actuators'
-    efforts. Raises InputError.
+    efforts. preload: of redundant actuators, as for `Solver.solve`. Raises InputError.
     """
     from parakin.views import film as films
     from parakin.views.solids.drawing import drawing_of
 
     films.check_film(Path(path))
     motion = _motion(solver, motion)
-    result, mechanism = solver.solve(motion, bodies=True, forces=forces), solver.mechanism
+    result = solver.solve(motion, bodies=True, forces=forces, preload=preload)
+    mechanism = solver.mechanism
     title = f"{mechanism.name}, {motion.name}: {mechanism.title or 'a mechanism'}"
     films.save(drawing_of(solver.graph), result, Path(path), mechanism.symbols, title)
 
 
 def report(
-    mechanism: Mechanism | str | Path, motion: Motion | str | Path, path: str | Path
+    mechanism: Mechanism | str | Path,
+    motion: Motion | str | Path,
+    path: str | Path,
+    *,
+    preload: Mapping[str, float] | None = None,
 ) -> None:
-    """Write a report about a motion: one HTML file that needs no other. Raises InputError,
+    """Write a report about a motion: one HTML file that needs no other. preload: efforts [N or N m]
+    that those of redundant actuators are to be nearest to; {} for the least. Raises InputError,
     AssemblyError, DrivenError.
     """
     from parakin.files.reading import loaded
@@ -110,8 +121,8 @@ def report(
     reports.check_report(Path(path))
     solver = compile(loaded(mechanism), coordinates="all")
     moved = _motion(solver, motion)
-    forces = not solver.no_forces
-    result = solver.solve(moved, forces=forces, reactions=forces)
+    forces = preload is not None or not solver.no_forces
+    result = solver.solve(moved, forces=forces, reactions=forces, preload=preload)
     solved = reports.Solved(solver, moved, result, extremes(result))
     made = f"parakin.report({solver.mechanism.name!r}, {moved.name!r}, {Path(path).name!r})"
     reports.write(reports.report(solved, made, datetime.now().astimezone()), Path(path))
@@ -152,17 +163,19 @@ def export(
     driven: Sequence[str] | None = None,
     *,
     forces: bool = False,
+    preload: Mapping[str, float] | None = None,
 ) -> list[Path]:
     """Write a mechanism for another program: .xml (MuJoCo), .urdf with a file of its loops, or .c
     with its header and test. Returns the paths. If it fails, no file is changed.
 
     driven: the driven coordinates of the C code, by default the mechanism's own. forces: a function
-    of the actuators' efforts in it, too. Raises InputError, AssemblyError, DrivenError.
+    of the actuators' efforts in it, too. preload: efforts [N or N m] that those of redundant
+    actuators are to be nearest to; {} for the least. Raises InputError, AssemblyError, DrivenError.
     """
     from parakin.exports.export import export as exported
     from parakin.files.reading import loaded
 
-    return exported(loaded(mechanism), Path(path), driven, forces=forces)
+    return exported(loaded(mechanism), Path(path), driven, forces=forces, preload=preload)
 
 
 def save(result: xr.Dataset | Iterable[xr.Dataset], path: str | Path) -> None:

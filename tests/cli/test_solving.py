@@ -6,6 +6,7 @@ import csv
 import io
 import re
 from collections.abc import Callable
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -281,6 +282,25 @@ def test_a_film_leaves_reactions_in_the_result(run: Parakin) -> None:
         assert "body_position" not in ds
         weight = ds["reaction_force"].sel(joint="A").values[0]
     np.testing.assert_allclose(np.linalg.norm(weight), pendulum.MASS * pendulum.GRAVITY)
+
+
+def test_redundant_actuators_are_reported_and_exported_with_a_preload(run: Parakin) -> None:
+    text = (files("parakin") / "catalogue" / "four-bar.toml").read_text("utf-8")
+    text = text.replace("rocker = {}", 'rocker = { mass = "1 kg", com = ["c/2", 0, 0] }')
+    text = text.replace("[joints.D]", "[joints.D]\nactuated = true")
+    Path("two.toml").write_text(text)
+    page = Path("page.html")
+    assert run("report", "two.toml", "turn", "-o", "page.html")[0] == 0
+    assert "2 actuators for 1 freedom" in page.read_text(encoding="utf-8")
+    preload = ("--preload", "D=0.2 N m")
+    assert run("report", "two.toml", "turn", "-o", "page.html", *preload)[0] == 0
+    assert "2 actuators for 1 freedom" not in page.read_text(encoding="utf-8")
+    code, _, err = run("export", "two.toml", "k.c", "--forces")
+    assert (code, "--preload none" in err) == (2, True)
+    assert run("export", "two.toml", "k.c", *preload)[0] == 0
+    assert "EFFORT_D = 1" in Path("k.h").read_text()
+    code, _, err = run("export", "two.toml", "m.xml", *preload)
+    assert (code, "--preload" in err, "an export to .xml" in err) == (2, True, True)
 
 
 def test_a_report_says_what_is_beyond_a_drive(run: Parakin) -> None:

@@ -167,6 +167,7 @@ def _add_report(commands: _Commands) -> None:
     _add_mechanism(report)
     _add_motion(report)
     _add_output(report, "page: .html")
+    _add_preload(report)
     _add_payload(report)
 
 
@@ -182,6 +183,7 @@ def _add_export(commands: _Commands) -> None:
     )
     _add_driven(export, "driven coordinates, the input of the C code")
     export.add_argument("--forces", action="store_true", help="efforts in the C code too")
+    _add_preload(export)
     _add_payload(export)
 
 
@@ -197,6 +199,11 @@ def _add_forces(command: argparse.ArgumentParser) -> None:
         default=False,
         help="forces in these joints too, comma-separated; in all joints by default",
     )
+    _add_preload(command)
+    _add_payload(command)
+
+
+def _add_preload(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--preload",
         metavar="NAME=VALUE",
@@ -205,7 +212,6 @@ def _add_forces(command: argparse.ArgumentParser) -> None:
         help="effort that redundant actuators are to be near, e.g. --preload 'P1=200 N'; "
         "--preload none for the least efforts",
     )
-    _add_payload(command)
 
 
 def _add_payload(command: argparse.ArgumentParser) -> None:

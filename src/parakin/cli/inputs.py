@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from parakin.errors import InputError
 
 if TYPE_CHECKING:
+    from parakin.model.graph import Graph
     from parakin.model.mechanism import Mechanism
-    from parakin.solving.solver import Solver
 
 
 def parameters(settings: Sequence[str], option: str = "--set") -> dict[str, str]:
@@ -36,14 +36,19 @@ def load_mechanism(options: argparse.Namespace) -> Mechanism:
     return mechanism
 
 
-def preloads(solver: Solver, texts: Mapping[str, str]) -> dict[str, float]:
-    """Efforts by coordinate [N or N m]. Raises InputError."""
+def preloads(graph: Graph, settings: Sequence[str]) -> dict[str, float] | None:
+    """Efforts by coordinate [N or N m] of `NAME=VALUE` settings, of which "none" names none; None
+    if there are no settings. Raises InputError.
+    """
     from parakin.model.expressions import Parameters
     from parakin.model.units import FORCE, TORQUE
 
-    evaluate = Parameters(solver.mechanism.parameters, solver.mechanism.where).evaluate
+    if not settings:
+        return None
+    texts = parameters([text for text in settings if text != "none"], "--preload")
+    evaluate = Parameters(graph.mechanism.parameters, graph.mechanism.where).evaluate
     return {
-        name: evaluate(text, TORQUE if solver.graph.is_angle(name) else FORCE, f"--preload {name}")
+        name: evaluate(text, TORQUE if graph.is_angle(name) else FORCE, f"--preload {name}")
         for name, text in texts.items()
     }
 

@@ -79,13 +79,15 @@ def _list(_: argparse.Namespace) -> int:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from parakin.cli.inputs import check_outputs, load_mechanism
+    from parakin.cli.inputs import check_outputs, load_mechanism, preloads
     from parakin.exports.export import check_export, export
+    from parakin.model.evaluation import graph_of
 
     check_outputs(options, check_export(options.output))
     driven = options.driven.split(",") if options.driven else None
     mechanism = load_mechanism(options)
-    written = export(mechanism, options.output, driven, forces=options.forces)
+    preload = preloads(graph_of(mechanism), options.preload) if options.preload else None
+    written = export(mechanism, options.output, driven, forces=options.forces, preload=preload)
     say(printable(f"wrote {', '.join(map(str, written))}"))
     return 0
 

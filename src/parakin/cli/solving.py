@@ -13,7 +13,7 @@ from typing import Any
 import xarray as xr
 from rich.console import RenderableType
 
-from parakin.cli.inputs import check_outputs, load_mechanism, parameters, preloads
+from parakin.cli.inputs import check_outputs, load_mechanism, preloads
 from parakin.cli.run import Run
 from parakin.cli.streams import WIDE, console, flushed_stdout, say, tell
 from parakin.errors import InputError, printable
@@ -91,15 +91,11 @@ def _forces(solver: Solver, options: argparse.Namespace) -> dict[str, Any]:
     reactions = options.reactions
     if isinstance(reactions, str):
         reactions = [name.strip() for name in reactions.split(",")]
-    preload = None
-    if options.preload:
-        given = [text for text in options.preload if text != "none"]
-        preload = preloads(solver, parameters(given, "--preload"))
     return {
         "forces": options.forces or bool(options.payload or options.preload),
         "reactions": reactions,
         "energies": options.energies,
-        "preload": preload,
+        "preload": preloads(solver.graph, options.preload),
     }
 
 
@@ -163,9 +159,10 @@ def report(options: argparse.Namespace) -> int:
     motion = solver.motion(options.motion)
     screen = console(stderr=True, width=WIDE)
     run = Run(motion, pictured=True)
-    forces = not solver.no_forces
-    windows = solver.stream(motion, _WINDOW, forces=forces, reactions=forces, parallel=True)
-    for _ in run.watched(windows, screen):
+    asked: dict[str, Any] = {"preload": preloads(solver.graph, options.preload)}
+    if options.preload or not solver.no_forces:
+        asked |= {"forces": True, "reactions": True}
+    for _ in run.watched(solver.stream(motion, _WINDOW, **asked, parallel=True), screen):
         pass
     _, extremes = run.totals()
     solved = reports.Solved(solver, motion, run.picture(), extremes)

@@ -40,11 +40,13 @@ def export(
     driven: Sequence[str] | None = None,
     *,
     forces: bool = False,
+    preload: Mapping[str, float] | None = None,
 ) -> list[Path]:
     """Write a mechanism for another program. If it fails, no file is changed.
 
     driven: the driven coordinates of the C code, by default the mechanism's own. forces: a function
-    of efforts in it, too. Returns the paths written. Raises InputError, AssemblyError, DrivenError.
+    of efforts in it, too; preload: what those of redundant actuators are to be nearest to
+    [N or N m]. Returns the paths written. Raises InputError, AssemblyError, DrivenError.
     """
     paths = check_export(path)
     suffix = path.suffix.lower()
@@ -52,14 +54,16 @@ def export(
         raise InputError(
             "--driven", f"an export to {suffix}", "one to .c; a model leaves open what is driven"
         )
-    if forces and suffix != ".c":
+    if (forces or preload is not None) and suffix != ".c":
         found = f"an export to {suffix}"
-        raise InputError("--forces", found, "one to .c; a model brings its masses along anyway")
+        option = "--forces" if forces else "--preload"
+        raise InputError(option, found, "one to .c; a model brings its masses along anyway")
     texts: tuple[str, ...]
     if suffix == ".c":
         from parakin.exports.c99.code import c_code
 
-        texts = c_code(mechanism, path.stem, driven, forces=forces)
+        forces = forces or preload is not None
+        texts = c_code(mechanism, path.stem, driven, forces=forces, preload=preload)
     elif suffix == ".urdf":
         from parakin.exports.urdf import urdf
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import parakin
 from parakin import InputError
+from parakin.arrays import FloatArray
 from parakin.model.drives import Friction, Spring
 
-NAMES = ["flight-simulator", "gough-stewart", "seat-2dof", "hexapod-on-3rps"]
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 
@@ -65,6 +67,45 @@ def test_springs_at_angles_that_follow(tmp_path: Path) -> None:
     told = four_bar.model_copy(update={"joints": tuple(joints)})
     parakin.export(told, tmp_path / "k.c", forces=True)
     assert "0 with another status" in compared(tmp_path)
+
+
+@needs_compiler
+def test_redundant_actuators_share_as_told(tmp_path: Path) -> None:
+    """Both do the work that one alone would; what differs from the preload is the least."""
+    alone = parakin.load("four-bar")
+    heavy = {"mass": 1.0, "com": (0.1, 0.02, 0.0)}
+    bodies = (b if b.name == "base" else b.model_copy(update=heavy) for b in alone.bodies)
+    alone = alone.model_copy(update={"bodies": tuple(bodies)})
+    joints = (j.model_copy(update={"actuated": j.name in "AD"}) for j in alone.joints)
+    both = alone.model_copy(update={"joints": tuple(joints)})
+    with pytest.raises(InputError, match="2 actuators for 1 freedom"):
+        parakin.export(both, tmp_path / "k.c", forces=True)
+    with pytest.raises(InputError, match=r"--preload: found an export to \.xml"):
+        parakin.export(both, tmp_path / "k.xml", preload={})
+    assert not list(tmp_path.iterdir())
+    told = {}
+    for preload in ({}, {"D": 5.0}):
+        parakin.export(both, tmp_path / "k.c", preload=preload)
+        assert "0 with another status" in compared(tmp_path)
+        told[len(preload)] = rows_of(tmp_path, "efforts")
+    parakin.export(alone, tmp_path / "k.c", forces=True)
+    by_one = rows_of(tmp_path, "efforts")[:, 0]
+    solver = parakin.compile(alone, coordinates="all")
+    given = rows_of(tmp_path, "given")
+    for k, (y, yd, ydd) in enumerate(given):
+        tick = solver.at([y], [yd], [ydd])
+        ways = np.array([1.0, tick.value("D", "velocity") / yd])
+        least, loaded = told[0][k], told[1][k] - [0.0, 5.0]
+        assert least == pytest.approx(ways * by_one[k] / (ways @ ways))
+        assert loaded == pytest.approx(ways * (loaded @ ways) / (ways @ ways))
+        assert told[1][k] @ ways == pytest.approx(by_one[k])
+
+
+def rows_of(folder: Path, table: str) -> FloatArray:
+    """The rows of a table in the test program."""
+    text = (folder / "k_test.c").read_text()
+    inner = text.split(f" {table}[SAMPLES]")[1].split("= {", 1)[1].split("\n};")[0]
+    return np.array([list(map(float, row.split(","))) for row in re.findall(r"{(.*?)}", inner)])
 
 
 def test_what_has_no_efforts_is_refused(tmp_path: Path) -> None:

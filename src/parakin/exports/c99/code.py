@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from parakin.errors import AssemblyError
 from parakin.exports.c99 import efforts
@@ -15,13 +15,18 @@ from parakin.solving.compiler import compile as compile_mechanism
 
 
 def c_code(
-    mechanism: Mechanism, stem: str, driven: Sequence[str] | None = None, *, forces: bool = False
+    mechanism: Mechanism,
+    stem: str,
+    driven: Sequence[str] | None = None,
+    *,
+    forces: bool = False,
+    preload: Mapping[str, float] | None = None,
 ) -> tuple[str, str, str]:
     """The kernel, its header and a test program, as text; functions are named after `stem`.
 
     driven: the driven coordinates, by default the mechanism's own. forces: a function of the
-    actuators' efforts too.
-    Raises InputError, AssemblyError, DrivenError.
+    actuators' efforts too. preload: efforts [N or N m] that those of redundant actuators are to be
+    nearest to. Raises InputError, AssemblyError, DrivenError.
     """
     solver = compile_mechanism(mechanism, driven, machine_code=False)
     if solver.plan.graph.twins and solver.iterated:
@@ -34,5 +39,6 @@ def c_code(
         wanted = [c.name for c in graph.coordinates if c.name in outputs]
         solver = compile_mechanism(mechanism, driven, coordinates=wanted, machine_code=False)
     names = Names(stem)
-    code = kernel(solver, names) + (efforts.definition(solver, names) if forces else "")
-    return code, header(solver, names, forces=forces), comparison(solver, names, forces=forces)
+    rows = efforts.force_rows(solver, preload) if forces else None
+    code = kernel(solver, names) + (efforts.definition(solver, names, rows) if rows else "")
+    return code, header(solver, names, rows), comparison(solver, names, rows)

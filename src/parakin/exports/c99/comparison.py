@@ -8,8 +8,9 @@ import numpy as np
 
 from parakin.arrays import FloatArray
 from parakin.errors import AssemblyError
-from parakin.exports.c99.efforts import force_rows, load_values, samples
+from parakin.exports.c99.efforts import load_values, samples
 from parakin.exports.c99.names import Names
+from parakin.kernel.force_rows import ForceRows
 from parakin.solving.solver import Solver
 from parakin.solving.status import Status
 
@@ -17,11 +18,11 @@ _SAMPLES = 20  # poses that the test program knows
 _SWING = 0.02  # how far these go from home [rad, or characteristic lengths]
 
 
-def comparison(solver: Solver, names: Names, *, forces: bool = False) -> str:
+def comparison(solver: Solver, names: Names, rows: ForceRows | None = None) -> str:
     """The text of the program. Raises AssemblyError where home is singular."""
     given, known, status = _samples(solver)
     stem = names.stem
-    checks = _effort_checks(solver, names) if forces else ("", "", "")
+    checks = _effort_checks(solver, names, rows) if rows else ("", "", "")
     return f"""/* {stem}_test.c: compares {stem}.c with parakin's own results. For example:
  *     cc -std=c99 -O2 -o {stem}_test {stem}_test.c {stem}.c -lm && ./{stem}_test
  */
@@ -46,7 +47,7 @@ static const double known[SAMPLES][{known.shape[1]}] = {{
 
 static const int status[SAMPLES] = {{{", ".join(map(str, status))}}};
 
-{_forces_known(solver, given) if forces else ""}\
+{_forces_known(solver, rows, given) if rows else ""}\
 {_main(len(solver.driven), len(solver.coordinates), names, checks)}"""
 
 
@@ -54,8 +55,8 @@ def _rows(table: FloatArray) -> str:
     return ",\n".join("    {" + ", ".join(map(repr, row)) + "}" for row in table.tolist())
 
 
-def _forces_known(solver: Solver, given: FloatArray) -> str:
-    efforts = samples(solver, given)
+def _forces_known(solver: Solver, rows: ForceRows, given: FloatArray) -> str:
+    efforts = samples(solver, rows, given)
     loads = load_values(solver)
     text = f"""static const double efforts[SAMPLES][{efforts.shape[1]}] = {{
 {_rows(efforts)}
@@ -67,10 +68,10 @@ def _forces_known(solver: Solver, given: FloatArray) -> str:
     return text
 
 
-def _effort_checks(solver: Solver, names: Names) -> tuple[str, str, str]:
+def _effort_checks(solver: Solver, names: Names, rows: ForceRows) -> tuple[str, str, str]:
     """What is declared, what is compared at each pose, and what is timed."""
     k, loads = len(solver.driven), "loads, " if solver.graph.dynamics.inputs else ""
-    count = len(force_rows(solver).actuated)
+    count = len(rows.actuated)
     return (
         f"    double effort[{count}];\n",
         f"""\

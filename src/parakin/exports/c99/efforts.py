@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from parakin.arrays import FloatArray
@@ -14,12 +16,13 @@ from parakin.solving.forces import FOUND
 from parakin.solving.solver import Solver
 
 
-def force_rows(solver: Solver) -> ForceRows:
-    """What the function needs of a pose's forces. Raises InputError where there are none, or where
-    the mechanism does not determine them.
+def force_rows(solver: Solver, preload: Mapping[str, float] | None = None) -> ForceRows:
+    """What the function needs of a pose's forces. preload: efforts [N or N m] that those of
+    redundant actuators are to be nearest to. Raises InputError where there are none, or where the
+    mechanism does not determine them.
     """
     mechanics = solver.mechanics
-    asked = mechanics.asked(reactions=False, energies=False, preload=None, indeterminate="nan")
+    asked = mechanics.asked(reactions=False, energies=False, preload=preload, indeterminate="nan")
     rows = mechanics.rows(asked, mechanics.reference)
     for k in rows.wound:
         name = solver.plan.graph.coordinates[k].name
@@ -29,9 +32,9 @@ def force_rows(solver: Solver) -> ForceRows:
     return rows
 
 
-def definition(solver: Solver, names: Names) -> str:
+def definition(solver: Solver, names: Names, rows: ForceRows) -> str:
     """The function itself, and the traced one that it calls."""
-    rows, name, macro = force_rows(solver), names.prefix, names.constant
+    name, macro = names.prefix, names.constant
     k, m, loads = len(solver.driven), len(solver.iterated), solver.graph.dynamics.inputs
     count = len(rows.actuated)
     outputs = Outputs((), 2, checks=False, forces=rows)
@@ -95,9 +98,9 @@ def _parameters(solver: Solver, names: Names) -> str:
     )
 
 
-def declaration(solver: Solver, names: Names) -> str:
+def declaration(solver: Solver, names: Names, rows: ForceRows) -> str:
     """For the header: places of actuators and loads, and the function."""
-    rows, macro = force_rows(solver), names.constant
+    macro = names.constant
     places, used = [], set[str]()
     for number, k in enumerate(rows.actuated):
         coordinate = solver.plan.graph.coordinates[k]
@@ -135,14 +138,19 @@ int {names.prefix}_efforts({_parameters(solver, names)});
 """
 
 
-def samples(solver: Solver, given: FloatArray) -> FloatArray:
+def samples(solver: Solver, rows: ForceRows, given: FloatArray) -> FloatArray:
     """Efforts at poses (n, 3k) of the comparison, (n, m)."""
+    graph, preload = solver.graph, None
+    if len(rows.actuated) > len(solver.driven):
+        names = (graph.coordinates[k].name for k in rows.actuated)
+        preload = dict(zip(names, rows.preload, strict=False))  # none: the least
     y, yd, ydd = given.reshape(len(given), 3, -1).transpose(1, 2, 0)
     guess = solver.at(y[:, 0])
-    loads = {w.name: [1.0] * w.inputs for w in solver.graph.dynamics.wrenches if w.inputs}
+    loads = {w.name: [1.0] * w.inputs for w in graph.dynamics.wrenches if w.inputs}
     found = []
     for k in range(len(given)):
-        guess = solver.at(y[:, k], yd[:, k], ydd[:, k], guess, forces=True, loads=loads)
+        rates = yd[:, k], ydd[:, k]
+        guess = solver.at(y[:, k], *rates, guess, forces=True, loads=loads, preload=preload)
         assert guess.forces is not None
         found.append(guess.forces.effort)
     return np.array(found)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from parakin.exports.c99.efforts import declaration
 from parakin.exports.c99.names import MADE_BY, Names, comment, identifier
+from parakin.kernel.force_rows import ForceRows
 from parakin.solving.solver import Solver
 from parakin.solving.status import Status
 
@@ -13,7 +14,7 @@ ITERATIONS = 8  # Newton steps a call; from a pose nearby three are enough
 _STATUSES = tuple(s for s in Status if s not in (Status.NOT_REACHED, Status.NOT_SMOOTH))
 
 
-def header(solver: Solver, names: Names, *, forces: bool = False) -> str:
+def header(solver: Solver, names: Names, rows: ForceRows | None = None) -> str:
     """The text of the header."""
     macro = names.constant
     return f"""{_about(solver, names)}#ifndef {macro}_H
@@ -24,7 +25,7 @@ extern "C" {{
 #endif
 
 {_constants(solver, names)}
-{_functions(solver, names)}{declaration(solver, names) if forces else ""}
+{_functions(solver, names)}{declaration(solver, names, rows) if rows else ""}
 #ifdef __cplusplus
 }}
 #endif
