@@ -8,7 +8,8 @@ IEEE-strict either way, so a NaN stays a NaN.
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,12 +17,14 @@ import numpy as np
 from parakin.algebra.spatial import ARRAYS, FLOATS, Functions, Scalar, as_array
 from parakin.arrays import FloatArray
 from parakin.kernel.forking import in_children, no_fork
+from parakin.kernel.forward import ForwardRows, accelerations
 from parakin.kernel.outputs import Outputs
 from parakin.kernel.pose import solve_pose
 from parakin.planning.plan import Plan
 
 # inputs (n_in,) or (n_in, batch), outputs alike, and whether to use all cores on a batch
 Kernel = Callable[[FloatArray, FloatArray, bool], None]
+Traced = Callable[[Sequence[Scalar], Functions], list[Scalar]]
 
 
 def has_machine_code() -> bool:
@@ -45,14 +48,24 @@ def _orders(outputs: Outputs) -> int:
 
 def make_kernel(plan: Plan, outputs: Outputs, *, machine_code: bool, steps: int) -> Kernel:
     """The plan as a function from arrays to arrays, with `steps` Newton steps where it iterates."""
+    traced = partial(_traced, plan, outputs, steps)
+    return _made(traced, input_count(plan, outputs), machine_code=machine_code)
+
+
+def make_forward_kernel(rows: ForwardRows, *, machine_code: bool) -> Kernel:
+    """Forward dynamics as a function from arrays to arrays."""
+    return _made(partial(accelerations, rows), rows.inputs, machine_code=machine_code)
+
+
+def _made(traced: Traced, count: int, *, machine_code: bool) -> Kernel:
     if not machine_code:
-        return _arrays(plan, outputs, steps)
+        return _arrays(traced)
     with no_fork():
-        return _machine_code(plan, outputs, steps)
+        return _machine_code(traced, count)
 
 
 def _traced(
-    plan: Plan, outputs: Outputs, steps: int, inputs: list[Scalar], functions: Functions
+    plan: Plan, outputs: Outputs, steps: int, inputs: Sequence[Scalar], functions: Functions
 ) -> list[Scalar]:
     n = len(plan.driven)
     orders = [inputs[n * k : n * (k + 1)] for k in range(_orders(outputs))]
@@ -61,10 +74,10 @@ def _traced(
     return solve_pose(plan, orders, guess, functions, outputs, steps, loads=loads)
 
 
-def _arrays(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
+def _arrays(traced: Traced) -> Kernel:
     def kernel(inputs: FloatArray, out: FloatArray, parallel: bool) -> None:  # noqa: ARG001
         with np.errstate(all="ignore"):  # what cannot be reached is NaN, and flagged as such
-            results = _traced(plan, outputs, steps, list(inputs), ARRAYS)
+            results = traced(list(inputs), ARRAYS)
         for row, value in enumerate(results):
             out[row] = as_array(value)
 
@@ -77,7 +90,7 @@ def _on_one_core() -> None:
     hy.set_nthreads(1)
 
 
-def _machine_code(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
+def _machine_code(traced: Traced, count: int) -> Kernel:
     import heyoka as hy
 
     in_children(_on_one_core)
@@ -104,9 +117,9 @@ def _machine_code(plan: Plan, outputs: Outputs, steps: int) -> Kernel:
 
     symbolic = Functions(hy.sin, hy.cos, hy.sqrt, hy.atan2, minimum, copysign)
     functions = Functions(*(lifted(f, g) for f, g in zip(symbolic, FLOATS, strict=True)))
-    inputs = hy.make_vars(*(f"i{k}" for k in range(input_count(plan, outputs))))
+    inputs = hy.make_vars(*(f"i{k}" for k in range(count)))
     inputs = inputs if isinstance(inputs, list) else [inputs]
-    results = _traced(plan, outputs, steps, list(inputs), functions)
+    results = traced(list(inputs), functions)
     code = hy.cfunc([constant(result) for result in results], vars=inputs)
 
     def kernel(inputs: FloatArray, out: FloatArray, parallel: bool) -> None:

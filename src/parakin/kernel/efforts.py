@@ -10,15 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from parakin.algebra.spatial import Functions, Scalar, add, mul, sub
+from parakin.algebra.spatial import Functions, Scalar, mul, sub
 from parakin.kernel.actuation import Actuation
 from parakin.kernel.coordinates import coordinate
+from parakin.kernel.energies import energies
 from parakin.kernel.force_rows import ForceRows
 from parakin.kernel.friction import load_friction
 from parakin.kernel.motion import Moved
 from parakin.kernel.reactions import reactions
 from parakin.kernel.statics import Needs, Statics
-from parakin.mechanics.energies import energies_of_bodies
 from parakin.mechanics.resistance import Resistance, direction, resistance
 from parakin.mechanics.wrenches import wrenches_needed
 from parakin.planning.plan import Plan
@@ -51,7 +51,7 @@ def forces(
             given[k] = sub(given.get(k, 0.0), found.effort)
         results += reactions(statics, wanted, needs, given)
     if wanted.energies:
-        results += _energies(plan, moved, inputs, resisting)
+        results += energies(plan, moved, inputs, resisting)
     return results + step
 
 
@@ -71,7 +71,8 @@ def _resisted(
     for k, passive in plan.graph.dynamics.passive.items():
         value, rate, second = coordinate(plan, moved, k, 2)
         value = wound.get(k, value)
-        resisting[k] = resistance(passive, value, rate, second, statics.functions)
+        way = direction(rate, statics.functions) if passive.coulomb else 0.0
+        resisting[k] = resistance(passive, value, rate, second, way)
         needs = needs.less(statics.unit_effort(k), mul(-1.0, resisting[k].effort))
     if not wanted.loaded:
         return needs, resisting, []
@@ -85,18 +86,3 @@ def _resisted(
         more = Resistance(effort, friction.bands[k], 0.0, mul(effort, rates[k]))
         resisting[k] = resisting[k].plus(more) if k in resisting else more
     return needs, resisting, [friction.step]
-
-
-def _energies(
-    plan: Plan, moved: Moved, inputs: Sequence[Scalar], resisting: Mapping[int, Resistance]
-) -> list[Scalar]:
-    """Kinetic and potential energy, power lost, power applied."""
-    dynamics = plan.graph.dynamics
-    bodies = energies_of_bodies(moved.circuits, dynamics, inputs, moved.angles.functions)
-    kinetic, potential, lost, applied = bodies
-    for k, each in resisting.items():
-        rate = coordinate(plan, moved, k, 1)[1]
-        armature = dynamics.passive[k].armature if k in dynamics.passive else 0.0
-        kinetic = add(kinetic, mul(0.5 * armature, mul(rate, rate)))
-        potential, lost = add(potential, each.stored), add(lost, each.lost)
-    return [kinetic, potential, lost, applied]

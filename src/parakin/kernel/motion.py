@@ -73,6 +73,42 @@ def solve_motion(
     return Moved(circuits, moving, systems, angles, quality, moves)
 
 
+def motion_at(
+    plan: Plan,
+    driven: Sequence[Scalar],
+    unknowns: Sequence[Scalar],
+    rates: Sequence[Scalar],
+    functions: Functions,
+) -> Moved:
+    """The motion where all coordinates of the tree are known, closed, and so no position is solved
+    for: its rates at those of the driven coordinates, and the accelerations that are left where
+    the driven coordinates have none.
+    """
+    circuits = Circuits(plan.graph, plan.tree)
+    angles, quality = Angles(plan, functions), Quality([], [])
+    for k in plan.affine:
+        angles.give(circuits, k, _rule(plan, k, driven))
+    for k, value in zip(plan.unknowns, unknowns, strict=True):
+        angles.give(circuits, k, add(value, plan.offset(k)))
+    systems = [System.of(circuits, block) for block in plan.blocks]
+    orders = [driven, rates, [0.0] * len(rates)]
+    moving = _moving(plan, circuits, systems, orders, functions, quality)
+    return Moved(circuits, moving, systems, angles, quality, [])
+
+
+def unit_motions(plan: Plan, moved: Moved, functions: Functions) -> list[Circuits]:
+    """At the same pose, the motion at a rate of one in each driven coordinate."""
+    found = []
+    for number in range(len(plan.driven)):
+        rates = [float(number == k) for k in range(len(plan.driven))]
+        known: dict[int, Scalar] = {k: _mix(plan, k, rates) for k in plan.affine}
+        moving = moved.circuits.with_coordinates(rates=known | dict.fromkeys(plan.unknowns, 0.0))
+        drifts = [system.rates(moving) for system in moved.systems]
+        moving.set_rates(rates=solve_blocks(plan, moved.systems, drifts, functions)[0])
+        found.append(moving)
+    return found
+
+
 def _rule(plan: Plan, k: int, driven: Sequence[Scalar]) -> Scalar:
     """A coordinate that is affine in the driven ones."""
     value: Scalar = plan.affine[k].constant

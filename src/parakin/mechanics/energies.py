@@ -31,16 +31,10 @@ def energies_of_bodies(
     kinetic: Scalar = 0.0
     potential: Scalar = 0.0
     lost: Scalar = 0.0
-    given = list(inputs)
-    parts: list[tuple[int, Mass, Scalar, Scalar]] = [
-        (body, mass, mass.mass, 1.0) for body, mass in dynamics.masses.items()
-    ]
-    for load in dynamics.loads:
-        amount = given.pop(0)
-        parts.append((load.body, load.mass, amount, share_of(load, amount)))
-    for body, mass, amount, share in parts:
-        kinetic = add(kinetic, _kinetic(circuits, body, mass, amount, share))
-        potential = add(potential, _weight(circuits, body, mass, dynamics.gravity, amount))
+    for part in parts_of(dynamics, inputs):
+        kinetic = add(kinetic, mul(0.5, inertia_of(circuits, circuits, part)))
+        potential = add(potential, _weight(circuits, part, dynamics.gravity))
+    given = list(inputs)[len(dynamics.loads) :]
     for spring in dynamics.springs:
         found = pull(circuits, spring, functions)
         stretch = sub(found.length, spring.length)
@@ -57,21 +51,42 @@ def energies_of_bodies(
     return Energies(kinetic, potential, lost, applied)
 
 
-def _kinetic(circuits: Circuits, body: int, mass: Mass, amount: Scalar, share: Scalar) -> Scalar:
-    """½ m v_C² + ½ w · I w."""
-    X_WB, V_WB = circuits.pose(body), circuits.twist(body)
-    v = point_velocity(X_WB, V_WB, X_WB.p + X_WB.R @ mass.com)
-    energy = mul(mul(0.5, amount), dot(v, v))
+class Part(NamedTuple):
+    """A mass on a body, of an amount [kg], with this share of its inertia tensor."""
+
+    body: int
+    mass: Mass
+    amount: Scalar
+    share: Scalar
+
+
+def parts_of(dynamics: Dynamics, inputs: Sequence[Scalar]) -> list[Part]:
+    """Of all bodies, payloads included. inputs: as of `wrenches_needed`."""
+    parts = [Part(body, mass, mass.mass, 1.0) for body, mass in dynamics.masses.items()]
+    return parts + [
+        Part(load.body, load.mass, amount, share_of(load, amount))
+        for load, amount in zip(dynamics.loads, inputs, strict=False)
+    ]
+
+
+def inertia_of(one: Circuits, other: Circuits, part: Part) -> Scalar:
+    """M v_C · v_C' + w · I w' of two motions at one pose; of one with itself, twice its energy."""
+    body, mass, amount, share = part
+    X_WB, V_WB = one.pose(body), one.twist(body)
+    p_WC, V2_WB = X_WB.p + X_WB.R @ mass.com, other.twist(body)
+    v, v2 = point_velocity(X_WB, V_WB, p_WC), point_velocity(X_WB, V2_WB, p_WC)
+    found = mul(amount, dot(v, v2))
     if any(any(row) for row in mass.inertia):
-        w_B = X_WB.R.T @ V_WB.w
-        energy = add(energy, mul(mul(0.5, share), dot(w_B, mass.inertia @ w_B)))
-    return energy
+        R_BW = X_WB.R.T
+        w_B, w2_B = R_BW @ V_WB.w, R_BW @ V2_WB.w
+        found = add(found, mul(share, dot(w_B, mass.inertia @ w2_B)))
+    return found
 
 
-def _weight(circuits: Circuits, body: int, mass: Mass, g: Vector, amount: Scalar) -> Scalar:
+def _weight(circuits: Circuits, part: Part, g: Vector) -> Scalar:
     """-m g · p_C."""
-    X_WB = circuits.pose(body)
-    return mul(-1.0, mul(amount, dot(g, X_WB.p + X_WB.R @ mass.com)))
+    X_WB = circuits.pose(part.body)
+    return mul(-1.0, mul(part.amount, dot(g, X_WB.p + X_WB.R @ part.mass.com)))
 
 
 def power_on(circuits: Circuits, body: int, wrench: Wrench) -> Scalar:

@@ -35,13 +35,18 @@ def direction(rate: Scalar, functions: Functions) -> Scalar:
     return mul(-1.0, way)
 
 
+def smooth_direction(rate: Scalar, speed: float, functions: Functions) -> Scalar:
+    """Of a motion, from -1 to 1, without a corner: 0.7 at `speed`."""
+    found: Scalar = rate / functions.sqrt(add(mul(rate, rate), speed * speed))
+    return found
+
+
 def resistance(
-    passive: Passive, value: Scalar, rate: Scalar, second: Scalar, functions: Functions
+    passive: Passive, value: Scalar, rate: Scalar, second: Scalar, way: Scalar
 ) -> Resistance:
-    """Of a coordinate at a position, velocity and acceleration."""
+    """Of a coordinate at a position, velocity and acceleration. way: its direction of motion."""
     stretch = sub(value, passive.zero)
     spring = mul(passive.stiffness, stretch)
-    way = direction(rate, functions) if passive.coulomb else 0.0
     braking = add(
         mul(passive.damping, sub(rate, passive.zero_speed)),
         add(mul(passive.viscous, rate), mul(passive.coulomb, way)),

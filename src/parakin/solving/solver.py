@@ -22,6 +22,7 @@ from parakin.kinematics.configuration import Configuration
 from parakin.motion.motion import Motion, Samples
 from parakin.planning.plan import Plan
 from parakin.solving.answers import Answers
+from parakin.solving.applied import Efforts
 from parakin.solving.atlas import Atlas
 from parakin.solving.behind import forces_behind
 from parakin.solving.bodies import points_of
@@ -31,10 +32,9 @@ from parakin.solving.from_home import from_guess, home_values
 from parakin.solving.inputs import Guesses, all_bounded, stacked
 from parakin.solving.locks import begun_at, locks_of
 from parakin.solving.results import Labels, quaternions
-from parakin.solving.status import (
-    RESIDUAL,
-    SINGULAR,
-)
+from parakin.solving.simulated import beginning, required, sampled, simulated
+from parakin.solving.simulation import Simulation
+from parakin.solving.status import RESIDUAL, SINGULAR
 from parakin.solving.tables import solver_html
 from parakin.solving.tick import Tick
 from parakin.solving.windows import Windows
@@ -287,9 +287,8 @@ class Solver:
         by actuated coordinate that actuators are to be nearest to where there are more of them
         than freedoms; {} is none. loads: masses of payloads [kg], or what wrenches take, by name,
         instead of the file's.
-        Raises InputError if the motion is not one of the driven coordinates, and where forces
-        cannot be had: of a mechanism without mass, with fewer actuators than freedoms, or, without
-        a preload, with more.
+        Raises InputError on a motion of other coordinates, and where forces cannot be had: without
+        masses, with too few actuators, or, without a preload, with too many.
         """
         motion = self._driving(motion)
         windows = self._windows(bodies, forces, reactions, energies, preload, indeterminate, loads)
@@ -337,6 +336,33 @@ class Solver:
             )
         return Windows(self._atlas, self._labels, points_of(self.graph, bodies), asked, loads)
 
+    def simulate(
+        self,
+        duration: float,
+        efforts: Efforts = None,
+        *,
+        start: Mapping[str, float] | None = None,
+        velocity: Mapping[str, float] | None = None,
+        rate: float = 1000.0,
+        rtol: float = 1e-9,
+        rest_speed: float = 1e-3,
+        bodies: bool | Sequence[str] = False,
+        loads: Mapping[str, ArrayLike] | None = None,
+    ) -> xr.Dataset:
+        """The motion that forces make in `duration` seconds, as `solve` gives motions, at `rate`
+        samples a second.
+
+        efforts: of actuated coordinates, by name: numbers [N or N m] or tables of laws; a CSV file;
+        or a function of a `State`. start, velocity: positions (home) and rates (0) of driven
+        coordinates. rest_speed: [m/s or rad/s] around which Coulomb friction changes its direction.
+        Adds `effort`, `power`, energies, how they and closed loops drift. Raises InputError.
+        """
+        y, yd = beginning(self.driven, self.home, start, velocity)
+        at = self.configuration(y, required(self.at(y)))
+        simulation = Simulation(self._chart, efforts, loads or {}, rest_speed, rtol)
+        windows = Windows(self._atlas, self._labels, points_of(self.graph, bodies))
+        return simulated(simulation, (at, yd), sampled(duration, rate), windows)
+
     def schema(
         self,
         motion: Motion | str | Path,
@@ -349,8 +375,7 @@ class Solver:
         indeterminate: str = "nan",
     ) -> xr.Dataset:
         """The Dataset that `solve` would return for a motion, with the same variables, coordinates,
-        types and attributes, but NaN for every value: nothing is solved. Raises InputError, as
-        `solve` does.
+        types and attributes, but NaN for every value: nothing is solved. Raises InputError.
         """
         motion = self._driving(motion)
         windows = self._windows(bodies, forces, reactions, energies, preload, indeterminate, None)

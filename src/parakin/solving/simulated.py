@@ -1,0 +1,154 @@
+"""A simulation's result: its motion as `solve` has it, with what acted and how energy went."""
+
+from __future__ import annotations
+
+import math
+import numbers
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from parakin.arrays import FloatArray
+from parakin.errors import InputError, nearest
+from parakin.kinematics.configuration import Configuration
+from parakin.motion.checks import SLACK, refuse_unless_positive
+from parakin.solving.simulation import Simulation, Told
+from parakin.solving.status import SOLVED, Status
+from parakin.solving.tick import Tick
+from parakin.solving.windows import Windows
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_OVER = ("time", "actuator")
+_MOST = 10**7  # samples: all are kept at once
+_APART = 1e-4  # rad, or characteristic lengths: what was integrated and solved is another pose
+
+
+def sampled(duration: float, rate: float) -> FloatArray:
+    """The times (n,) [s] of a simulation, its end included. Raises InputError."""
+    for name, value in (("duration", duration), ("rate", rate)):
+        refuse_unless_positive(value, name)
+    count = duration * rate
+    if not count < _MOST:
+        raise InputError("rate", f"{count:.3g} samples", f"fewer than {_MOST}")
+    whole = np.arange(math.floor(count * (1 + SLACK)) + 1) / rate
+    if whole[-1] < duration * (1 - SLACK):
+        return np.append(whole, duration)
+    whole[-1] = duration
+    return whole
+
+
+def beginning(
+    driven: Sequence[str],
+    home: Mapping[str, float],
+    start: Mapping[str, float] | None,
+    velocity: Mapping[str, float] | None,
+) -> tuple[FloatArray, FloatArray]:
+    """Positions and rates (k,) of the driven coordinates. Raises InputError."""
+    found = []
+    for place, given in (("start", start), ("velocity", velocity)):
+        values = {name: home[name] if place == "start" else 0.0 for name in driven}
+        for name, value in (given or {}).items():
+            if name not in values:
+                raise InputError(place, f"{name!r}, not driven", nearest(str(name), driven))
+            if not isinstance(value, numbers.Real) or not math.isfinite(value):
+                raise InputError(f"{place} of {name}", repr(value), "a finite number")
+            values[name] = float(value)
+        found.append(np.array(list(values.values())))
+    return found[0], found[1]
+
+
+def required(tick: Tick) -> Tick:
+    """A pose to start from. Raises InputError if it is none."""
+    status = Status(int(tick.status))
+    if status != Status.CONVERGED:
+        raise InputError("start", f"a pose that is flagged: {status.words}", "one that is solved")
+    return tick
+
+
+def simulated(
+    simulation: Simulation,
+    start: tuple[Configuration, FloatArray],
+    times: FloatArray,
+    windows: Windows,
+) -> xr.Dataset:
+    """The result at all times (n,). start: the configuration, and driven rates (k,)."""
+    found = simulation.run(*start, times)
+    motion = found.motion
+    (result,) = windows.solve(motion, motion.count, derivatives=2, parallel=False)
+    told = simulation.told(found, result["time"].values)
+    result = checked(with_forces(result, told), told)
+    return ended_early(result, times, found.ended) if motion.count < len(times) else result
+
+
+def with_forces(result: xr.Dataset, told: Told) -> xr.Dataset:
+    """A result with efforts, power, energies and drifts at its samples."""
+    unit = " or ".join(sorted({*told.units}))
+    names = ("kinetic_energy", "potential_energy", "power_lost", "power_applied")
+    kinds = ("J", "J", "W", "W")
+    variables: dict[str, Any] = {
+        "effort": (_OVER, told.effort.T, {"units": unit, "long_name": "effort of the actuators"}),
+        "power": (_OVER, told.power.T, {"units": "W", "long_name": "power of the actuators"}),
+        "energy_drift": (
+            "time",
+            told.energy_drift,
+            {"units": "J", "long_name": "energy beyond the first and the work done since"},
+        ),
+        "closure_drift": (
+            "time",
+            told.closure_drift,
+            {"units": "m", "long_name": "norm of all closure rows of the state integrated"},
+        ),
+    }
+    for name, values, kind in zip(names, told.energies, kinds, strict=True):
+        variables[name] = ("time", values, {"units": kind})
+    labels = {
+        "actuator": ("actuator", list(told.actuators)),
+        "effort_unit": ("actuator", list(told.units)),
+    }
+    return result.assign(variables).assign_coords(labels)
+
+
+def checked(result: xr.Dataset, told: Told) -> xr.Dataset:
+    """A result with what was integrated compared: where a solved pose is another one, it is flagged
+    as a change of branch. What is not solved is NaN throughout.
+    """
+    status = result["status"].values
+    solved = [int(each) for each in SOLVED]
+    wrong = np.zeros(len(status), dtype=bool)
+    for name in set(told.positions).intersection(result["coordinate"].values.tolist()):
+        off = result["position"].sel(coordinate=name).values - told.positions[name]
+        if str(result["unit"].sel(coordinate=name).item()) == "rad":
+            off = np.abs(np.angle(np.exp(1j * off)))
+        else:
+            off = np.abs(off) / result.attrs["characteristic_length"]
+        wrong |= off > _APART
+    status[wrong & np.isin(status, solved)] = Status.BRANCH_CHANGE
+    unknown = ~np.isin(status, solved)
+    if unknown.any():
+        for variable, values in result.items():
+            kept = values.dtype.kind != "f" or variable == "first_at"
+            if values.dims[:1] == ("time",) and not kept:
+                values.values[unknown] = np.nan
+    return result
+
+
+def ended_early(result: xr.Dataset, times: FloatArray, ended: float) -> xr.Dataset:
+    """A result at all times (n,) of a simulation that met a singularity where it `ended`: after it
+    NaN, the first sample flagged with why.
+    """
+    known = result.sizes["time"]
+    blank = {
+        "status": np.int8(Status.NOT_REACHED),
+        "stopped_by": np.int16(0),
+        **{name: np.nan for name, values in result.items() if values.dtype.kind == "f"},
+    }
+    attributes = dict(result["time"].attrs)
+    longer = result.reindex(time=times, fill_value=blank)
+    longer["time"].attrs = attributes
+    if known < len(times):
+        longer["status"].values[known] = Status.SINGULAR
+        longer["first_at"].values[known] = ended
+    return longer
