@@ -31,6 +31,49 @@ rate = 100
 platform.y = { law = "poly345", by = "3 m", begin = "1 s" }
 """
 
+PUSH = "force = [-100, -50, 0]"
+LOCKED = f"""
+name = "crank"
+driven = ["A"]
+home.A = "30 deg"
+guess = {{ B = "-40 deg", D = "190 mm" }}
+[bodies]
+crank = {{ mass = 1 }}
+rod = {{}}
+piston = {{ mass = 2 }}
+[joints.A]
+kind = "revolute"
+parent = "base"
+child = "crank"
+actuated = true
+friction = {{ coefficient = 4, radius = "60 mm" }}
+[joints.B]
+kind = "revolute"
+parent = "crank"
+child = "rod"
+on_parent = {{ at = ["50 mm", 0, 0] }}
+friction = {{ coefficient = 4, radius = "60 mm" }}
+[joints.C]
+kind = "revolute"
+parent = "rod"
+child = "piston"
+on_parent = {{ at = ["150 mm", 0, 0] }}
+[joints.D]
+kind = "prismatic"
+parent = "base"
+child = "piston"
+on_parent = {{ axis = [1, 0, 0] }}
+on_child = {{ axis = [1, 0, 0] }}
+[forces.push]
+kind = "wrench"
+at = "piston"
+{PUSH}
+[motions.turn]
+duration = "1 s"
+rate = 50
+laws = {{ A = {{ law = "poly345", by = "360 deg" }} }}
+"""
+
 Parakin = Callable[..., tuple[int, str, str]]
 
 
@@ -268,6 +311,30 @@ def test_forces_are_summed_up_on_request(run: Parakin) -> None:
     assert "largest force [N]" in err
     assert "effort" not in run("solve", "pendulum.toml", "swing")[2]
     assert "effort" in run("solve", "pendulum.toml", "swing", "--preload", "none")[2]
+
+
+def test_efforts_that_are_not_known_end_with_1(run: Parakin) -> None:
+    """A piston pushed askew, whose crank's friction locks it."""
+    Path("crank.toml").write_text(LOCKED)
+    code, _, err = run("solve", "crank.toml", "turn", "--forces")
+    assert code == 1
+    found = re.search(r"efforts are not known at (\d+) of 51 samples, first at [\d.]+ s: (.*)", err)
+    assert found is not None
+    assert int(found[1]) > 40
+    assert found[2] == "friction under load locks the mechanism"
+    code, _, err = run("report", "crank.toml", "turn", "-o", "page.html")
+    assert (code, "efforts are not known" in err) == (1, True)
+    assert "efforts are not known" in Path("page.html").read_text(encoding="utf-8")
+
+
+def test_nothing_is_printed_where_forces_are_not_known_to_the_end(run: Parakin) -> None:
+    """100,000 samples are more than a window; the file of forces ends in the second."""
+    Path("w.csv").write_text("time,fx,fy,fz,mx,my,mz\n0,1,0,0,0,0,0\n0.7,1,0,0,0,0,0\n")
+    text = LOCKED.replace("rate = 50", "rate = 100_000").replace(PUSH, 'csv = "w.csv"')
+    Path("crank.toml").write_text(text)
+    code, out, err = run("solve", "crank.toml", "turn", "--forces", "-o", "-")
+    assert (code, out) == (2, "")
+    assert "w.csv: found forces from 0 s to 0.7 s; expected from 0 s to 1 s, as the motion" in err
 
 
 def test_a_film_leaves_reactions_in_the_result(run: Parakin) -> None:

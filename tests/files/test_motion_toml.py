@@ -206,7 +206,7 @@ BAD_TABLES = [
     ),
     (
         LAW + '{ law = "sines", terms = [] }',
-        "motions.general.laws.platform.x.terms: found []; expected List should have at least 1",
+        "motions.general.laws.platform.x.terms: found []; expected a list that is not empty",
     ),
     (
         LAW + '{ law = "sines", terms = [{ amplitude = 1, frequency = 1 }, { frequency = 1 }] }',

@@ -121,6 +121,16 @@ def test_reactions_of_a_redundant_mechanism_balance() -> None:
     assert float(ds["force_imbalance"].max()) < 1e-10
 
 
+@pytest.mark.parametrize("value", ["2 N m", None, 10**400, [1, 2], 1j, float("nan")])
+def test_preloads_and_loads_are_finite_numbers(value: object) -> None:
+    solver = parakin.compile(redundant())
+    with pytest.raises(InputError, match=r"preload of A: .*; expected a finite number"):
+        solver.at([solver.home["A"]], forces=True, preload={"A": value})  # type: ignore[dict-item]
+    loaded = parakin.compile(single().with_payload("1 kg at coupler"))
+    with pytest.raises(InputError, match="loads of payload"):
+        loaded.at([0.0], forces=True, loads={"payload": value})  # type: ignore[dict-item]
+
+
 def test_forces_that_cannot_be_had_are_refused() -> None:
     plain = parakin.compile("four-bar")
     with pytest.raises(InputError, match="nothing that makes forces"):

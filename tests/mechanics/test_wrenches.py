@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import parakin
-from parakin.algebra.spatial import FLOATS, Vector, as_array
+from parakin.algebra.spatial import ARRAYS, FLOATS, Vector, as_array
 from parakin.kinematics.closure import Wrench
 from parakin.kinematics.recursion import Circuits, slide, turn
 from parakin.mechanics.wrenches import applied_wrench, inertial, pull, put, wrenches_needed
@@ -84,6 +84,21 @@ def test_a_spring_pulls_along_its_line(crane: Graph) -> None:
     assert found.rate == pytest.approx(rate)
     assert as_array(found.wrench.force) == pytest.approx(tension * tip / length)
     assert as_array(found.wrench.moment) == pytest.approx(0.0)  # at the base's origin
+
+
+@pytest.mark.parametrize(("length", "damping"), [(0.0, 0.0), (0.5, 0.0), (0.0, 7.0)])
+def test_where_a_spring_s_ends_meet_it_has_a_direction_only_if_it_needs_none(
+    crane: Graph, length: float, damping: float
+) -> None:
+    (spring,) = crane.dynamics.springs
+    same = ((2, Vector((1.0, 0.0, 0.0))), (2, Vector((1.0, 0.0, 0.0))))
+    spring = spring._replace(ends=same, length=length, damping=damping)
+    circuits = Circuits(crane, crane.tree())
+    circuits.turns |= {0: slide(np.array([q[0]])), 1: turn(np.array([q[1]]), ARRAYS)}
+    circuits.rates |= {k: np.array([rate]) for k, rate in enumerate(qd)}
+    with np.errstate(all="ignore"):
+        x = as_array(pull(circuits, spring, ARRAYS).wrench.force[0])
+    assert np.isnan(x).all() if length or damping else x == pytest.approx(0.0)
 
 
 def test_a_wrench_turns_with_its_body_or_does_not(crane: Graph) -> None:

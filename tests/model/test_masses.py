@@ -128,6 +128,29 @@ def test_a_mesh_has_its_moments_by_scale_and_density() -> None:
     assert "a mesh that was not read" in refused(mesh={"file": "cube.stl", "density": 1.0}).found
 
 
+def test_a_mesh_turned_inside_out_weighs_the_same() -> None:
+    """A box of 2 x 1 x 1 on one side of the origin, mirrored at it."""
+    moments = MeshMoments(
+        volume=2.0, centroid=(1.0, 0.5, 0.0), inertia=(1 / 3, 5 / 6, 5 / 6, 0.1, 0.0, 0.0)
+    )
+    plain, mirrored = (
+        weighed(mesh=BodyMesh(file="box.stl", scale=scale, density=3.0, moments=moments))
+        for scale in (2.0, -2.0)
+    )
+    assert mirrored.mass == plain.mass == pytest.approx(3.0 * 2.0 * 2.0**3)
+    assert mirrored.inertia == plain.inertia
+    assert mirrored.com == pytest.approx(-np.array(plain.com))
+
+
+@pytest.mark.parametrize("scale", [0, 0.0, math.nan, math.inf, -math.inf])
+def test_a_mesh_has_a_size(scale: float) -> None:
+    error = refused(mesh={"file": "cube.stl", "density": 1.0, "scale": scale})
+    assert error.expected == "a finite number other than zero"
+
+
+BEYOND = "sizes of which mass or inertia is beyond all numbers"
+
+
 @pytest.mark.parametrize(
     ("told", "found"),
     [
@@ -157,6 +180,15 @@ def test_a_mesh_has_its_moments_by_scale_and_density() -> None:
             "the axis [0.0, 0.0, 0.0]",
         ),
         ({"mass": math.nan}, "nan"),
+        ({"solid": {"kind": "sphere", "diameter": 1e150, "density": 1}}, BEYOND),
+        (
+            {"solid": {"kind": "cylinder", "to": [0, 0, 1e200], "diameter": 1, "density": 1}},
+            BEYOND,
+        ),
+        (
+            {"solid": {"kind": "cylinder", "to": [0, 0, 1], "diameter": 1e160, "density": 1}},
+            BEYOND,
+        ),
     ],
 )
 def test_what_no_body_has_is_refused(told: dict[str, Any], found: str) -> None:

@@ -43,4 +43,5 @@ def test_units_that_are_not_multiples_are_none() -> None:
 
 def test_dimensions_have_names() -> None:
     assert describe(FORCE) == "a force"
-    assert describe(Dimension(time=-2, mass=1)) == "a quantity in s^-2 kg^1"
+    assert describe(Dimension(time=-3, mass=1)) == "a quantity in s^-3 kg^1"
+    assert describe(Dimension(time=-2, mass=1)) == "a stiffness, such as N/m"

@@ -66,6 +66,22 @@ def test_what_is_beyond_a_drive_s_limit_is_said() -> None:
     assert "a torque of" in torque
 
 
+def test_efforts_that_are_not_known_are_counted() -> None:
+    """And are no peaks, though they are not NaN."""
+    solver = parakin.compile(pendulum.pendulum(pendulum.LIMIT), machine_code=False)
+    ds = solver.solve("swing", forces=True, reactions=True)
+    ds["effort"].values[3:5] = np.nan
+    ds["effort"].values[7] = np.inf
+    first, second = ds.isel(time=slice(0, 6)), ds.isel(time=slice(6, None))
+    found = force_extremes(second, force_extremes(first))
+    assert found is not None
+    assert (found.unknown, found.solved) == (3, ds.sizes["time"])
+    words = next(warnings(found, solver.graph))
+    assert words.startswith(f"efforts are not known at 3 of {ds.sizes['time']:,} samples, first at")
+    assert f"{float(ds['time'][3]):.6g} s" in words
+    assert np.isfinite(found.peak("effort", 0)[0])
+
+
 def test_near_a_singularity_efforts_grow_without_bound() -> None:
     solver, found = solved("100 N m")
     found.conditioning.low[:] = 0.005

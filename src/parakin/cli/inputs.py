@@ -22,6 +22,8 @@ def parameters(settings: Sequence[str], option: str = "--set") -> dict[str, str]
         name, equals, value = setting.partition("=")
         if not equals or not name.strip() or not value.strip():
             raise InputError(option, repr(setting), "NAME=VALUE")
+        if name.strip() in found and option != "--set":
+            raise InputError(option, f"{name.strip()} twice", "one value each")
         found[name.strip()] = value.strip()
     return found
 
@@ -45,6 +47,8 @@ def preloads(graph: Graph, settings: Sequence[str]) -> dict[str, float] | None:
 
     if not settings:
         return None
+    if "none" in settings and len(settings) > 1:
+        raise InputError("--preload", "none and others", "none alone, or NAME=VALUE")
     texts = parameters([text for text in settings if text != "none"], "--preload")
     evaluate = Parameters(graph.mechanism.parameters, graph.mechanism.where).evaluate
     return {

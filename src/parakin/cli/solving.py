@@ -63,7 +63,8 @@ def solve(options: argparse.Namespace) -> int:
         tell(_singularities(solver, motion, run.picture()))
     if written:
         tell(printable(f"wrote {', '.join(map(str, written))}"))
-    return 1 if extremes.first_flag is not None else 0
+    unknown = extremes.forces is not None and extremes.forces.unknown
+    return 1 if unknown or extremes.first_flag is not None else 0
 
 
 def _checked_outputs(options: argparse.Namespace) -> list[Path]:
@@ -100,11 +101,12 @@ def _forces(solver: Solver, options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _windows(solver: Solver, motion: Motion, asked: dict[str, Any]) -> Iterator[xr.Dataset]:
+    windows = solver.stream(motion, _WINDOW, **asked, parallel=True)
     # The first result of a process pays for imports and compiling, which the reported time
     # should not.
     first = dataclasses.replace(motion, count=min(motion.count, 2))
     next(solver.stream(first, **asked), None)
-    return solver.stream(motion, _WINDOW, **asked, parallel=True)
+    return windows
 
 
 def _write_result(windows: Iterator[xr.Dataset], options: argparse.Namespace) -> None:
@@ -174,4 +176,5 @@ def report(options: argparse.Namespace) -> int:
     if extremes.forces is not None:
         tell(*warnings(extremes.forces, solver.graph), style="bold red")
     say(printable(f"wrote {options.output}"))
-    return 1 if flagged else 0
+    unknown = extremes.forces is not None and extremes.forces.unknown
+    return 1 if unknown or flagged else 0

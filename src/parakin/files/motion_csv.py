@@ -153,7 +153,11 @@ def _table(
         raise InputError(str(path), str(error), "numbers") from None
     if not np.isfinite(table).all():
         _refuse_cell(path, delimiter, wanted)
-    table *= [column.factor for column in wanted]
+    with np.errstate(over="ignore"):
+        table *= [column.factor for column in wanted]
+    if not np.isfinite(table).all():
+        header = wanted[int(np.argmin(np.isfinite(table).all(axis=0)))].header
+        raise InputError(f"{path}, column {header!r}", "a number beyond all in SI", "smaller ones")
     return table
 
 

@@ -132,7 +132,9 @@ class Pull(NamedTuple):
 
 
 def pull(circuits: Circuits, spring: PointSpring, functions: Functions) -> Pull:
-    """Of a spring that is not of length zero."""
+    """Its direction is not defined where its ends coincide, and then not needed of a spring of no
+    length without damping.
+    """
     (first, a), (second, b) = spring.ends
     X_WA, X_WB = circuits.pose(first), circuits.pose(second)
     p_WA, p_WB = X_WA.p + X_WA.R @ a, X_WB.p + X_WB.R @ b
@@ -141,6 +143,9 @@ def pull(circuits: Circuits, spring: PointSpring, functions: Functions) -> Pull:
     u = d * (1.0 / length)
     ahead = point_velocity(X_WB, circuits.twist(second), p_WB)
     rate = dot(u, ahead - point_velocity(X_WA, circuits.twist(first), p_WA))
-    tension = add(mul(spring.stiffness, sub(length, spring.length)), mul(spring.damping, rate))
-    force = u * tension
+    if spring.length or spring.damping:
+        stretch = sub(length, spring.length)
+        force = u * add(mul(spring.stiffness, stretch), mul(spring.damping, rate))
+    else:
+        force = d * spring.stiffness
     return Pull(Wrench(cross(p_WA, force), force), length, rate)

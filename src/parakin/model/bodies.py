@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Literal
 
 import pydantic
-from pydantic import StrictFloat, StrictInt
+from pydantic import AfterValidator, StrictFloat, StrictInt
 
 from parakin.model.fields import Name, OneOrMore, Quantity, Triple, Turns
 from parakin.model.validation import Table, Text
@@ -42,6 +43,13 @@ class MeshMoments(Table):
     inertia: tuple[float, float, float, float, float, float]
 
 
+def _scale(value: float) -> float:
+    """Negative ones turn a mesh inside out, as files of other programs may have it."""
+    if not (math.isfinite(value) and value):
+        raise ValueError("a finite number other than zero")
+    return value
+
+
 class BodyMesh(Table):
     """A body's shape from a file of triangles, placed on the body: its coordinates times `scale`
     are metres. Only its name is kept here; whoever shows the body decides whether to read it. With
@@ -52,7 +60,7 @@ class BodyMesh(Table):
     set_by_reader = frozenset({"moments"})
 
     file: Annotated[Text, pydantic.Field(min_length=1, max_length=1000)]
-    scale: StrictFloat | StrictInt = 1.0
+    scale: Annotated[StrictFloat | StrictInt, AfterValidator(_scale)] = 1.0
     on_body: Frame = Frame()
     density: Quantity | None = None
     moments: MeshMoments | None = None

@@ -46,6 +46,18 @@ def mass_of(body: Body, parameters: Parameters, place: str) -> Mass | None:
     Raises InputError on values that cannot be, on more than one of mass, solid and mesh density,
     and on a mesh that was not read.
     """
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):
+            mass = _told(body, parameters, place)
+    except (OverflowError, np.linalg.LinAlgError):
+        mass = Mass(math.inf)
+    if mass is not None and not np.isfinite([mass.mass, *mass.com, *np.ravel(mass.inertia)]).all():
+        found = "sizes of which mass or inertia is beyond all numbers"
+        raise InputError(place, found, "smaller ones; lengths are in m, unless they have a unit")
+    return mass
+
+
+def _told(body: Body, parameters: Parameters, place: str) -> Mass | None:
     dense = body.mesh is not None and body.mesh.density is not None
     stated = [key for key in ("mass", "solid") if getattr(body, key) not in (None, ())]
     told = [*stated, *(["mesh.density"] if dense else [])]
@@ -244,7 +256,7 @@ def _of_mesh(body: Body, parameters: Parameters, place: str) -> Mass:
         expected = "a mechanism from `parakin.load` or `compile`, which read it"
         raise InputError(f"{place}.file", "a mesh that was not read", expected)
     scale, frame = float(mesh.scale), placement_of(mesh.on_body, parameters, f"{place}.on_body")
-    xx, yy, zz, xy, xz, yz = (density * scale**5 * i for i in moments.inertia)
+    xx, yy, zz, xy, xz, yz = (density * abs(scale) ** 5 * i for i in moments.inertia)
     tensor = frame.R @ matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ frame.R.T
     com = frame.p + frame.R @ Vector(tuple(scale * x for x in moments.centroid))
-    return Mass(density * scale**3 * moments.volume, com, _symmetric(np.array(tensor)))
+    return Mass(density * abs(scale) ** 3 * moments.volume, com, _symmetric(np.array(tensor)))

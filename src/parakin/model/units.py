@@ -69,6 +69,8 @@ _NAMES = {
     POWER: "a power",
     INERTIA: "a moment of inertia",
     DENSITY: "a density",
+    Dimension(time=-2, mass=1): "a stiffness, such as N/m",
+    Dimension(time=-1, mass=1): "a damping, such as N s/m",
 }
 
 

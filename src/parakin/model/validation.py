@@ -123,7 +123,12 @@ def input_error(error: ValidationError, place: str, data: object = None) -> Inpu
         length = max(int(e["loc"][-1]) for e in errors if e["type"] == "missing") + 1
         return InputError(_where(first["loc"][:-1], place, data), _shown(found), _list_of(length))
     if first["type"] == "too_long":
-        return InputError(where, _shown(found), _list_of(context["max_length"]))
+        most, text = context["max_length"], isinstance(found, str)
+        expected = f"text of at most {most} characters" if text else _list_of(most)
+        return InputError(where, _shown(found), expected)
+    if first["type"] == "too_short":
+        what = "text" if isinstance(found, str) else "a list"
+        return InputError(where, _shown(found), f"{what} that is not empty")
     # The alternatives of a union are reported one by one at the same place.
     texts = [_EXPECTED.get(e["type"], e["msg"]) for at, e in findings if at == where]
     if {"a number", "text"} <= set(texts):

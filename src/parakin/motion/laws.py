@@ -32,6 +32,7 @@ Law = Callable[[FloatArray], tuple[FloatArray, ...]]
 The jerk may be left out; then the mechanism's is not available either.
 """
 
+_FASTEST = 1e12  # [Hz]
 BURST = 1 / 1000  # of a motion's duration
 
 
@@ -119,10 +120,18 @@ def sine(center: float, amplitude: float, frequency: float, phase: float = 0.0) 
 
 
 def sines(center: float, terms: Sequence[tuple[float, float, float]]) -> Law:
-    """The sum of `center` and a sine for each (amplitude, frequency, phase)."""
+    """The sum of `center` and a sine for each (amplitude, frequency, phase). Raises InputError on
+    frequencies without derivatives.
+    """
     fastest = max((abs(frequency) for _, frequency, _ in terms), default=0.0)
+    _refuse_too_fast(fastest)
     law = partial(_sum_of_sines, center, tuple(terms))
     return Paced(law, period=1 / fastest if fastest else np.inf)
+
+
+def _refuse_too_fast(frequency: float) -> None:
+    if not frequency <= _FASTEST:
+        raise InputError("frequency", f"{frequency:g} Hz", f"at most {_FASTEST:g} Hz")
 
 
 def _sum_of_sines(
@@ -144,10 +153,11 @@ def chirp(
 ) -> Law:
     """A sine with a frequency that changes linearly from f0 at t = 0 to f1 at t = duration.
 
-    Raises InputError on a duration that is not positive.
+    Raises InputError on a duration that is not positive, and on frequencies without derivatives.
     """
     refuse_unless_positive(duration, "duration")
     fastest = max(abs(f0), abs(f1))
+    _refuse_too_fast(fastest)
     law = partial(_chirped, center, amplitude, f0, f1, duration, phase)
     return Paced(law, period=1 / fastest if fastest else np.inf)
 

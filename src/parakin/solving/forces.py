@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import numbers
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -146,6 +148,16 @@ class Mechanics:
         """Of wrenches that change with time."""
         return histories(self.plan.graph.mechanism, self.plan.graph.dynamics.wrenches)
 
+    def check_histories(
+        self, times: FloatArray, given: Mapping[str, ArrayLike] | None = None
+    ) -> None:
+        """Raises InputError where wrenches that are not `given` are not known at these times (n,)
+        [s].
+        """
+        for wrench in self.plan.graph.dynamics.wrenches:
+            if wrench.inputs and wrench.name not in (given or {}):
+                self.histories[wrench.name](times)
+
     def rows(self, asked: Asked, reference: float) -> ForceRows:
         """What a kernel has to return. reference: the conditioning of the actuators at home."""
         if (asked, reference) not in self._rows:
@@ -197,6 +209,7 @@ class Mechanics:
         """Why there are no forces of a mechanism as it is; "" if there are."""
         try:
             self._check(None)
+            _ = self.histories
         except InputError as error:
             return str(error)
         return ""
@@ -246,7 +259,7 @@ class Mechanics:
         for name, value in (preload or {}).items():
             if name not in names:
                 raise InputError("preload", f"{name!r}, not actuated", nearest(name, names))
-            if not np.isfinite(value):
+            if not is_finite(value):
                 raise InputError(f"preload of {name}", repr(value), "a finite number")
 
     def loads(
@@ -348,6 +361,14 @@ def wound(plan: Plan) -> tuple[int, ...]:
     return tuple(k for k in springs if graph.coordinates[k].angle)
 
 
+def is_finite(value: object) -> bool:
+    """Whether it is a real number, and finite as a float."""
+    try:
+        return isinstance(value, numbers.Real) and math.isfinite(value)
+    except OverflowError:  # an integer beyond floats
+        return False
+
+
 def _plain(value: FloatArray) -> float | FloatArray:
     return float(value) if np.ndim(value) == 0 else value
 
@@ -356,9 +377,11 @@ def _spread(value: ArrayLike, rows: int, window: Window, name: str) -> FloatArra
     """One value for all poses, or one for each, as (rows, n), from the first of a window on."""
     n = window.samples
     try:
+        if np.iscomplexobj(value):
+            raise TypeError
         array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"loads of {name}", repr(value), "numbers") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"loads of {name}", repr(value)[:80], "numbers") from None
     if array.shape in ((), (n,)) and rows == 1:
         array = np.broadcast_to(array, (1, n))
     elif array.shape == (rows,):

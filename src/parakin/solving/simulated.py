@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import numbers
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +12,7 @@ from parakin.arrays import FloatArray
 from parakin.errors import InputError, nearest
 from parakin.kinematics.configuration import Configuration
 from parakin.motion.checks import SLACK, refuse_unless_positive
+from parakin.solving.forces import is_finite
 from parakin.solving.simulation import Simulation, Told
 from parakin.solving.status import SOLVED, Status
 from parakin.solving.tick import Tick
@@ -53,7 +53,7 @@ def beginning(
         for name, value in (given or {}).items():
             if name not in values:
                 raise InputError(place, f"{name!r}, not driven", nearest(str(name), driven))
-            if not isinstance(value, numbers.Real) or not math.isfinite(value):
+            if not is_finite(value):
                 raise InputError(f"{place} of {name}", repr(value), "a finite number")
             values[name] = float(value)
         found.append(np.array(list(values.values())))

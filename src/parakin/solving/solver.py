@@ -317,7 +317,7 @@ class Solver:
             raise InputError("size", repr(size), "a whole number of samples, 1 or more")
         motion = self._driving(motion)
         windows = self._windows(bodies, forces, reactions, energies, preload, indeterminate, loads)
-        yield from windows.solve(motion, size, derivatives=self.derivatives, parallel=parallel)
+        return windows.solve(motion, size, derivatives=self.derivatives, parallel=parallel)
 
     def _windows(
         self,

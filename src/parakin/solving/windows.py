@@ -44,7 +44,17 @@ class Windows:
     def solve(
         self, motion: Motion, size: int, *, derivatives: int, parallel: bool
     ) -> Iterator[xr.Dataset]:
-        """From home along home's branch, in windows of at most `size` samples."""
+        """From home along home's branch, in windows of at most `size` samples. Raises InputError
+        before the first where forces are not known over the whole motion.
+        """
+        if self.asked is not None and motion.count:
+            ends = [motion.window(k, k + 1).time for k in (0, motion.count - 1)]
+            self.atlas.home.mechanics.check_histories(np.concatenate(ends), self.loads)
+        return self._solved(motion, size, derivatives=derivatives, parallel=parallel)
+
+    def _solved(
+        self, motion: Motion, size: int, *, derivatives: int, parallel: bool
+    ) -> Iterator[xr.Dataset]:
         atlas, points = self.atlas, self.points
         home = atlas.home
         track = Track(home, Course(motion), home_state(home), atlas.units, atlas.others)

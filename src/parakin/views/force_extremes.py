@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from parakin.arrays import BoolArray, FloatArray
+from parakin.solving.status import SOLVED, are
 from parakin.views.ranges import Range
 
 if TYPE_CHECKING:
@@ -58,7 +59,8 @@ class Reactions:
 class ForceExtremes:
     """The extremes of forces. `units`: "N" or "N m" of each actuator's effort; `ranges`: by name of
     the result's variable, with a curve for each actuator; `conditioning`: how firmly actuators
-    hold; `reactions`, if the result has them.
+    hold; `reactions`, if the result has them. solved: samples that are; unknown: those of them
+    without finite efforts, the first at `unknown_from` [s].
     """
 
     actuators: tuple[str, ...]
@@ -66,6 +68,9 @@ class ForceExtremes:
     ranges: dict[str, Range]
     conditioning: Range
     reactions: Reactions | None = None
+    solved: int = 0
+    unknown: int = 0
+    unknown_from: float = math.nan
     _time: FloatArray = field(default_factory=lambda: np.zeros(0))  # the last sample so far
     _last: dict[str, FloatArray] = field(default_factory=dict)
     _sums: dict[str, FloatArray] = field(default_factory=dict)
@@ -100,12 +105,18 @@ class ForceExtremes:
     def add(self, ds: xr.Dataset) -> None:
         """Take in one more window."""
         time = ds["time"].values
-        values = {name: ds[name].values for name in self.ranges}
+        efforts = np.isfinite(ds["effort"].values).all(axis=1)
+        solved = are(SOLVED, ds["status"].values)
+        lost = np.flatnonzero(solved & ~efforts)
+        if len(lost) and not self.unknown:
+            self.unknown_from = float(time[lost[0]])
+        self.solved, self.unknown = self.solved + int(solved.sum()), self.unknown + len(lost)
+        values = {name: np.where(efforts[:, None], ds[name].values, np.nan) for name in self.ranges}
         for name, rows in values.items():
             self.ranges[name].widen(time, rows)
         self.conditioning.widen(time, ds["effort_conditioning"].values[:, None])
         if self.reactions is not None:
-            self._add_reactions(self.reactions, ds)
+            self._add_reactions(self.reactions, ds.isel(time=efforts) if len(lost) else ds)
         squares = {name: values[name] ** 2 for name in _SQUARED if name in values}
         self._integrate(time, {**squares, "power": values["power"]})
 

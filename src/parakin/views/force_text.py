@@ -43,7 +43,7 @@ def forces_report(found: ForceExtremes, graph: Graph) -> RenderableType:
     rows = limit_rows(found, graph)
     if rows:
         tables.append(_table(("limit of a drive", "peak", "limit", "used"), rows))
-    if found.reactions is not None:
+    if found.reactions is not None and found.unknown < found.solved:
         headings = ("reaction", "largest force [N]", "largest moment [N m]")
         tables.append(_table(headings, reaction_rows(found.reactions)))
     parts: list[RenderableType] = [part for table in tables for part in (Text(), table)]
@@ -132,7 +132,15 @@ def work_words(found: ForceExtremes) -> Iterator[str]:
 
 
 def warnings(found: ForceExtremes, graph: Graph) -> Iterator[str]:
-    """Limits of drives that are exceeded, and type 2 singularities near."""
+    """Efforts that are not known, limits of drives that are exceeded, type 2 singularities near."""
+    if found.unknown:
+        why = "numbers overflow, or a force has no direction"
+        if graph.dynamics.levers:
+            why = "friction under load locks the mechanism"
+        yield (
+            f"efforts are not known at {found.unknown:,} of {found.solved:,} samples, first at "
+            f"{found.unknown_from:.6g} s: {why}"
+        )
     for use in uses(found, graph):
         if use.part > 1.0:
             yield (

@@ -70,6 +70,30 @@ def test_springs_at_angles_that_follow(tmp_path: Path) -> None:
 
 
 @needs_compiler
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["H", "Driven", "Coordinates", "Iterations"],
+        ["Converged", "Singular", "Nothing", "Y_H"],
+        ["Effort_Actuators", "Actuators", "Load_a", "Loop_1"],
+    ],
+)
+def test_names_that_the_header_uses_itself(names: list[str], tmp_path: Path) -> None:
+    mechanism = parakin.load("four-bar")
+    called = dict(zip("ABCD", names, strict=True))
+    table = mechanism.model_dump(exclude_defaults=True, by_alias=True)
+    table["joints"] = [{**j, "name": called[j["name"]]} for j in table["joints"]]
+    table["guess"] = {called[k]: v for k, v in table["guess"].items()}
+    table["home"] = {called[k]: v for k, v in table["home"].items()}
+    table["driven"] = [called[k] for k in table["driven"]]
+    table.pop("motions")
+    loads = {n: {"kind": "payload", "at": "coupler", "mass": 2} for n in ("a", "A", "a_", "p")}
+    told = parakin.Mechanism(**{**table, "forces": loads})
+    parakin.export(told, tmp_path / "k.c", forces=True)
+    assert "0 with another status" in compared(tmp_path)
+
+
+@needs_compiler
 def test_redundant_actuators_share_as_told(tmp_path: Path) -> None:
     """Both do the work that one alone would; what differs from the preload is the least."""
     alone = parakin.load("four-bar")

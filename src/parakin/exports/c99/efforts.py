@@ -8,7 +8,7 @@ import numpy as np
 
 from parakin.arrays import FloatArray
 from parakin.errors import InputError
-from parakin.exports.c99.names import Names, comment, identifier
+from parakin.exports.c99.names import Names, comment, identifier, unused
 from parakin.exports.c99.traced import c_function
 from parakin.kernel.force_rows import ForceRows
 from parakin.kernel.outputs import Outputs
@@ -98,10 +98,9 @@ def _parameters(solver: Solver, names: Names) -> str:
     )
 
 
-def declaration(solver: Solver, names: Names, rows: ForceRows) -> str:
-    """For the header: places of actuators and loads, and the function."""
-    macro = names.constant
-    places, used = [], set[str]()
+def declaration(solver: Solver, names: Names, rows: ForceRows, used: set[str]) -> str:
+    """For the header: places of actuators and loads, and the function. used: labels that are."""
+    macro, places = names.constant, []
     for number, k in enumerate(rows.actuated):
         coordinate = solver.plan.graph.coordinates[k]
         unit = "N m" if coordinate.angle else "N"
@@ -117,9 +116,7 @@ def declaration(solver: Solver, names: Names, rows: ForceRows) -> str:
             taken += wrench.inputs
     lines = []
     for prefix, of, about, number in places:
-        label = f"{prefix}{identifier(of).upper()}"
-        label += "_" * sum(known.rstrip("_") == label for known in used)
-        used.add(label)
+        label = unused(f"{prefix}{identifier(of).upper()}", used)
         lines.append(f"    {label} = {number}, /* {comment(about)} */")
     taking = f" loads: {taken} numbers." if taken else ""
     return f"""

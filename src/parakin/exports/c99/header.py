@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from parakin.exports.c99.efforts import declaration
-from parakin.exports.c99.names import MADE_BY, Names, comment, identifier
+from parakin.exports.c99.names import MADE_BY, Names, comment, identifier, unused
 from parakin.kernel.force_rows import ForceRows
 from parakin.solving.solver import Solver
 from parakin.solving.status import Status
 
+_FIXED = ("H", "DRIVEN", "COORDINATES", "ITERATIONS", "NOTHING", "ACTUATORS")  # the file's own
 ITERATIONS = 8  # Newton steps a call; from a pose nearby three are enough
 _STATUSES = tuple(s for s in Status if s not in (Status.NOT_REACHED, Status.NOT_SMOOTH))
 
@@ -17,6 +18,9 @@ _STATUSES = tuple(s for s in Status if s not in (Status.NOT_REACHED, Status.NOT_
 def header(solver: Solver, names: Names, rows: ForceRows | None = None) -> str:
     """The text of the header."""
     macro = names.constant
+    used = {f"{macro}_{name}" for name in (*_FIXED, *(status.name for status in _STATUSES))}
+    constants = _constants(solver, names, used)
+    efforts = declaration(solver, names, rows, used) if rows else ""
     return f"""{_about(solver, names)}#ifndef {macro}_H
 #define {macro}_H
 
@@ -24,8 +28,8 @@ def header(solver: Solver, names: Names, rows: ForceRows | None = None) -> str:
 extern "C" {{
 #endif
 
-{_constants(solver, names)}
-{_functions(solver, names)}{declaration(solver, names, rows) if rows else ""}
+{constants}
+{_functions(solver, names)}{efforts}
 #ifdef __cplusplus
 }}
 #endif
@@ -54,8 +58,8 @@ def _about(solver: Solver, names: Names) -> str:
 """
 
 
-def _constants(solver: Solver, names: Names) -> str:
-    macro, used = names.constant, set[str]()
+def _constants(solver: Solver, names: Names, used: set[str]) -> str:
+    macro = names.constant
     iterations = ITERATIONS if solver.iterated else 0
     statuses = ",\n".join(f"    {macro}_{status.name} = {int(status)}" for status in _STATUSES)
     return f"""/* Places in y, yd and ydd. */
@@ -95,9 +99,8 @@ def _stops(solver: Solver, macro: str, used: set[str]) -> str:
             about = f"{stops.low[number]:.10g} .. {stops.high[number]:.10g} {unit}"
         if not number:
             label, about = f"{macro}_NOTHING", "no limit and no loop"
-        while label in used:
-            label += "_"
-        used.add(label)
+        if number:
+            label = unused(label, used)
         comma = "," if number < len(stops.names) - 1 else ""
         lines.append(f"    {label} = {number}{comma} /* {comment(about.replace('²', '^2'))} */")
     return "\n".join(lines)
@@ -108,10 +111,7 @@ def _places(solver: Solver, coordinates: Sequence[str], prefix: str, used: set[s
     units = {c.name: c.unit for c in solver.graph.coordinates}
     lines = []
     for number, coordinate in enumerate(coordinates):
-        label = f"{prefix}{identifier(coordinate).upper()}"
-        while label in used:
-            label += "_"
-        used.add(label)
+        label = unused(f"{prefix}{identifier(coordinate).upper()}", used)
         unit, comma = units[coordinate], "," if number < len(coordinates) - 1 else ""
         quantities = f"{coordinate} [{unit}, {unit}/s, {unit}/s^2]"
         lines.append(f"    {label} = {number}{comma} /* {quantities} */")

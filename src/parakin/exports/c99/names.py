@@ -16,6 +16,14 @@ def identifier(text: str) -> str:
     return made if re.match(r"[A-Za-z]", made) else f"m{made}"
 
 
+def unused(label: str, used: set[str]) -> str:
+    """A label that is not yet used, and now is: with underscores where it has to differ."""
+    while label in used:
+        label += "_"
+    used.add(label)
+    return label
+
+
 def comment(text: str) -> str:
     """`text` so that it does not end a comment."""
     return text.replace("*/", "* /").replace("/*", "/ *")
