@@ -56,6 +56,23 @@ def test_what_solve_would_refuse_is_2(tmp_path: Path, driven: str, said: str | N
     assert code(path) == (0 if said is None else 2)
 
 
+@pytest.mark.parametrize(
+    ("over", "said"),
+    [
+        ('csv = "missing.csv"', "missing.csv: found no such file"),
+        ("law = {}", "forces.w.law"),
+        ('law = { law = "nonsense" }', "'nonsense'"),
+        ('law = { law = "sine", amplitude = 1, frequency = 1e300 }', "at most 1e+12 Hz"),
+    ],
+)
+def test_forces_over_time_that_cannot_be_had_are_2(
+    tmp_path: Path, over: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    more = f'[forces.w]\nkind = "wrench"\nat = "crank"\n{over}\n'
+    assert code(given(tmp_path, more)) == 2
+    assert said in capsys.readouterr().err
+
+
 def test_too_few_driven_is_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     more = 'B = { kind = "revolute", parent = "crank", child = "rod" }\n[bodies.rod]\n'
     assert code(given(tmp_path, more)) == 2

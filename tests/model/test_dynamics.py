@@ -154,6 +154,11 @@ def test_a_payload_may_be_added_by_name(tmp_path: Path) -> None:
         ),
         (
             "more",
+            "[forces.f]\nkind = 'wrench'\nat = 'base'\nforce = [1, 0, 0]",
+            "found a wrench on the base",
+        ),
+        (
+            "more",
             "[forces.f]\nkind = 'wrench'\nat = 'arm'\ncsv = 'f.csv'\nforce = [1, 0, 0]",
             "forces.f.csv: found a file beside a law or values",
         ),

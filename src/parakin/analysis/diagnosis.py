@@ -14,6 +14,7 @@ from parakin.algebra.spatial import as_array
 from parakin.analysis.indeterminacy import Indeterminacy, indeterminacy
 from parakin.analysis.mobility import Mobility, mobility
 from parakin.errors import AssemblyError, DrivenError
+from parakin.files.force_histories import histories
 from parakin.files.reading import load_motion
 from parakin.kinematics.assembly import assembled
 from parakin.kinematics.cones import cone_angles, cones_of
@@ -54,11 +55,12 @@ class Diagnosis:
 def diagnosis(mechanism: Mechanism) -> Diagnosis:
     """Assemble a mechanism, determine its mobility, and look for what is wrong with it.
 
-    Raises InputError, on a bad motion of the mechanism too, and AssemblyError if home cannot be
-    assembled.
+    Raises InputError, on a bad motion of the mechanism or a bad history of its forces too, and
+    AssemblyError if home cannot be assembled.
     """
     bare: list[Bare] = []
     graph = graph_of(mechanism, bare)
+    histories(mechanism, graph.dynamics.wrenches)
     home = assembled(graph)
     bare = [b._replace(place=b.place.removeprefix(f"{mechanism.where}: ")) for b in bare]
     found = mobility(graph, home, len(mechanism.driven))

@@ -104,6 +104,8 @@ class Acting:
                 continue
             place = f"{self.place}.{name}"
             body, point = self._at(table.at, f"{place}.at")
+            if body == 0:
+                raise InputError(f"{place}.at", "a wrench on the base", "one on a body that moves")
             force = evaluated(table.force, self.parameters, f"{place}.force", FORCE)
             moment = evaluated(table.moment, self.parameters, f"{place}.moment", TORQUE)
             if table.csv is not None and (table.law is not None or any(force) or any(moment)):
