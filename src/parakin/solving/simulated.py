@@ -74,7 +74,11 @@ def simulated(
     times: FloatArray,
     windows: Windows,
 ) -> xr.Dataset:
-    """The result at all times (n,). start: the configuration, and driven rates (k,)."""
+    """The result at all times (n,). start: the configuration, and driven rates (k,).
+    Raises InputError.
+    """
+    refuse_unless_positive(simulation.rtol, "rtol")
+    refuse_unless_positive(simulation.rest, "rest_speed")
     found = simulation.run(*start, times)
     motion = found.motion
     (result,) = windows.solve(motion, motion.count, derivatives=2, parallel=False)

@@ -114,7 +114,7 @@ class Forward:
     def run(self, state: FloatArray, efforts: FloatArray, loads: FloatArray) -> FloatArray:
         """The rates of a state, (s,) or (s, n), and below them the figures of its blocks."""
         out = np.empty((self.rows.count, *state.shape[1:]))
-        self.kernel(np.concatenate([state, efforts, loads]), out, False)
+        self.kernel(np.ascontiguousarray(np.concatenate([state, efforts, loads])), out, False)
         return np.concatenate([self.parts(state)[3], out])
 
 
