@@ -17,12 +17,12 @@ The packages follow the flow of the data; each imports only those listed before 
 - `mechanics`: wrenches on bodies and what joints carry, by virtual powers
 - `planning`: joints to cut, rows and their order for given driven coordinates
 - `kernel`: one pose, its rates (eq. 10) and forces, in machine code or on NumPy
-- `solving`: compiling solvers, following motions, labelled results, assembly modes
+- `solving`: compiling solvers, following motions, simulating, labelled results, assembly modes
 - `analysis`: mobility, singularities, stiffness (and, beside it, real time when it comes)
 - `exports`: models and code for other programs
 - `views`: figures, films, reports, schemes, pages in the browser
-- `verbs`: commands as functions, `parakin.check`, `draw`, ...: all but `list`, `modes` and `solve`,
-  which are `parakin.catalogue`, `parakin.modes` and `Solver.solve`
+- `verbs`: commands as functions, `parakin.check`, `draw`, ...: all but `list`, `modes`, `solve` and
+  `simulate`, which are `parakin.catalogue`, `parakin.modes`, `Solver.solve` and `Solver.simulate`
 - `cli`: the command line
 
 and `catalogue` is data. Names are imported when first used, so importing parakin takes no time.

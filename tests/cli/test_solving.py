@@ -337,6 +337,54 @@ def test_nothing_is_printed_where_forces_are_not_known_to_the_end(run: Parakin) 
     assert "w.csv: found forces from 0 s to 0.7 s; expected from 0 s to 1 s, as the motion" in err
 
 
+def test_a_simulation_is_written_and_summed_up(run: Parakin) -> None:
+    Path("pendulum.toml").write_text(pendulum.TEXT)
+    Path("e.toml").write_text('[efforts]\nA = { law = "constant", value = "9 N m" }\n')
+    told = ("simulate", "pendulum.toml", "--efforts", "e.toml", "--start", "A=20 deg")
+    code, out, err = run(*told, "--velocity", "A=10 deg/s", "--rate", "50", "-o", "s.csv")
+    assert (code, out) == (0, "")
+    assert "51 samples; worst residual" in err
+    assert re.search(r"A \[N m\] +9\.000 +9\.000", err)
+    assert "energy drifts by" in err
+    with Path("s.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 51
+    assert float(rows[0]["A.position"]) == pytest.approx(np.radians(20.0))
+    assert float(rows[0]["A.velocity"]) == pytest.approx(np.radians(10.0))
+    gained = [
+        float(row["kinetic_energy"]) + float(row["potential_energy"]) for row in (rows[0], rows[-1])
+    ]
+    angle = np.array([float(row["A.position"]) for row in rows])
+    lost = pendulum.COULOMB * np.abs(np.diff(angle)).sum()
+    assert gained[1] - gained[0] == pytest.approx(9.0 * (angle[-1] - angle[0]) - lost, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        (("--duration", "3m"), "--duration: found '3m', a length; expected a time"),
+        (("--start", "B=1"), "unknown coordinate 'B'"),
+        (("--start", "A=1", "--start", "A=2"), "--start: found A twice"),
+        (("--velocity", "A=1 m/s"), "--velocity A: found '1 m/s'"),
+        (("--efforts", "none.toml"), "none.toml: found no such file"),
+        (("--efforts", "e.toml"), "e.toml: efforts: found 'B', not actuated"),
+        (("--efforts", "e.csv"), "e.csv"),
+        (("-o", "pendulum.toml"), "pendulum.toml"),
+        (("-o", "x.mp3"), "x.mp3"),
+    ],
+)
+def test_a_simulation_that_cannot_be_had_is_2(
+    run: Parakin, told: tuple[str, ...], said: str
+) -> None:
+    Path("pendulum.toml").write_text(pendulum.TEXT)
+    Path("e.toml").write_text("[efforts]\nB = 1\n")
+    Path("e.csv").write_text("time,B\n0,1\n1,1\n")
+    code, out, err = run("simulate", "pendulum.toml", *told)
+    assert (code, out) == (2, "")
+    assert said in err
+    assert err.count("\n") == 1
+
+
 def test_a_film_leaves_reactions_in_the_result(run: Parakin) -> None:
     Path("pendulum.toml").write_text(pendulum.TEXT)
     code, _, _ = run(

@@ -10,8 +10,10 @@ import tomllib
 from pathlib import Path
 
 import pytest
+import xarray as xr
 
 import parakin
+from parakin.cli.main import main
 from parakin.files.mechanism_toml import mechanism_from_table
 
 ROOT = Path(__file__).parents[2]
@@ -75,6 +77,30 @@ def test_the_python_about_forces_runs(capsys: pytest.CaptureFixture[str]) -> Non
     for code in blocks("docs/forces.md", "python"):
         exec(compile(code, "forces.md", "exec"), names)
     assert "False\nTrue\n" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("elsewhere")
+def test_the_python_about_simulation_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    names: dict[str, object] = {}
+    for code in blocks("docs/simulation.md", "python"):
+        exec(compile(code, "simulation.md", "exec"), names)
+    height, drift = map(float, capsys.readouterr().out.split())
+    assert height < 1.1  # of what falls when a leg lets go
+    assert drift < 1e-4
+    settled = names["settled"]
+    assert isinstance(settled, xr.Dataset)
+    assert float(abs(settled["velocity"][-1]).max()) < 0.01
+
+
+@pytest.mark.usefixtures("elsewhere")
+def test_the_command_that_simulates_leaves_a_table_and_a_figure() -> None:
+    (command,) = [c for c in commands("docs/simulation.md") if c[0] == "parakin"]
+    Path("efforts.toml").write_text(
+        '[efforts]\nP1 = "600 N"\nP2 = { law = "constant", value = 550 }\n'
+    )
+    assert main(command[1:]) == 0
+    assert Path("fall.csv").read_text().count("\n") == 502
+    assert Path("fall.png").read_bytes()[:4] == b"\x89PNG"
 
 
 @pytest.mark.usefixtures("elsewhere")

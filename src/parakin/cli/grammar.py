@@ -10,7 +10,19 @@ from typing import NoReturn, TypeAlias
 from parakin.errors import InputError, ParakinError, nearest
 from parakin.version import __version__
 
-_COMMANDS = ("list", "check", "modes", "solve", "plot", "film", "view", "draw", "report", "export")
+_COMMANDS = (
+    "list",
+    "check",
+    "modes",
+    "solve",
+    "plot",
+    "film",
+    "simulate",
+    "view",
+    "draw",
+    "report",
+    "export",
+)
 _EPILOG = """examples:
   parakin solve flight-simulator general -o general.csv --plot general.png
   parakin check flight-simulator --set l3=1.35
@@ -58,6 +70,7 @@ def parser() -> argparse.ArgumentParser:
         _add_modes,
         _add_solve,
         _add_pictures,
+        _add_simulate,
         _add_view,
         _add_draw,
         _add_report,
@@ -138,6 +151,37 @@ def _add_pictures(commands: _Commands) -> None:
                 metavar="NAMES",
                 help="coordinates to plot, comma-separated; the actuated ones by default",
             )
+
+
+def _add_simulate(commands: _Commands) -> None:
+    simulate = commands.add_parser("simulate", help="the motion that forces make")
+    _add_mechanism(simulate)
+    simulate.add_argument(
+        "--duration", metavar="TIME", default="1 s", help="how long, e.g. '500 ms' (1 s)"
+    )
+    simulate.add_argument(
+        "--efforts",
+        metavar="FILE",
+        help="efforts of the actuators: a TOML table `efforts` of numbers and laws, or a CSV file; "
+        "none by default",
+    )
+    for name, what in (("start", "position"), ("velocity", "rate")):
+        simulate.add_argument(
+            f"--{name}",
+            metavar="NAME=VALUE",
+            action="append",
+            default=[],
+            help=f"{what} of a driven coordinate to begin with",
+        )
+    simulate.add_argument(
+        "-o", "--output", metavar="FILE", help="write .csv, .nc or .parquet; '-' is CSV to stdout"
+    )
+    simulate.add_argument("--plot", metavar="FILE", type=Path, help="figure: .png, .svg or .pdf")
+    simulate.add_argument("--animate", metavar="FILE", type=Path, help="film: .mp4 or .gif")
+    simulate.add_argument("--bodies", action="store_true", help="every body's motion too")
+    simulate.add_argument("--all", action="store_true", help="joints outside the tree too")
+    simulate.add_argument("--rate", metavar="HZ", type=_number, help="samples per second (1000)")
+    _add_payload(simulate)
 
 
 def _add_view(commands: _Commands) -> None:

@@ -57,11 +57,27 @@ def preloads(graph: Graph, settings: Sequence[str]) -> dict[str, float] | None:
     }
 
 
+def values_of(graph: Graph, settings: Sequence[str], option: str, order: int) -> dict[str, float]:
+    """Positions (order 0) or rates (1) by coordinate [SI] of `NAME=VALUE` settings. Raises
+    InputError.
+    """
+    from parakin.model.expressions import Parameters
+    from parakin.model.units import ANGLE, ANGULAR_VELOCITY, LENGTH, VELOCITY
+
+    evaluate = Parameters(graph.mechanism.parameters, graph.mechanism.where).evaluate
+    angles, lengths = ((ANGLE, LENGTH), (ANGULAR_VELOCITY, VELOCITY))[order]
+    return {
+        name: evaluate(text, angles if graph.is_angle(name) else lengths, f"{option} {name}")
+        for name, text in parameters(settings, option).items()
+    }
+
+
 def check_outputs(options: argparse.Namespace, paths: Iterable[Path]) -> None:
     """Raises InputError on files that cannot be written, and on those that the command reads."""
     from parakin.files.writing import check_writable
 
-    read = [options.mechanism, options.loops, getattr(options, "motion", None)]
+    read = [options.mechanism, options.loops]
+    read += [getattr(options, name, None) for name in ("motion", "efforts")]
     for path in paths:
         _refuse_input(path, read)
         check_writable(path)

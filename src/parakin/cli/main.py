@@ -59,6 +59,7 @@ def _command(options: argparse.Namespace) -> int:
         "solve": _solve,
         "plot": _solve,  # with other defaults
         "film": _solve,
+        "simulate": _simulate,
         "draw": _draw,
         "report": _report,
         "view": _view,
@@ -76,6 +77,12 @@ def _list(_: argparse.Namespace) -> int:
         width = None if sys.stdout is not None and sys.stdout.isatty() else WIDE
         console(width=width).print(catalogue_table(entries))
     return 0
+
+
+def _simulate(options: argparse.Namespace) -> int:
+    from parakin.cli.solving import simulate
+
+    return simulate(options)
 
 
 def _export(options: argparse.Namespace) -> int:

@@ -13,19 +13,23 @@ from typing import Any
 import xarray as xr
 from rich.console import RenderableType
 
-from parakin.cli.inputs import check_outputs, load_mechanism, preloads
+from parakin.cli.inputs import check_outputs, load_mechanism, preloads, values_of
 from parakin.cli.run import Run
 from parakin.cli.streams import WIDE, console, flushed_stdout, say, tell
 from parakin.errors import InputError, printable
 from parakin.files import datasets
+from parakin.model.expressions import Parameters
+from parakin.model.units import TIME
 from parakin.motion.motion import Motion
 from parakin.solving.compiler import compile as compile_mechanism
 from parakin.solving.solver import Solver
 from parakin.views import plots
-from parakin.views.force_text import forces_report, warnings
+from parakin.views.extremes import extremes
+from parakin.views.force_text import drift_words, forces_report, warnings
 from parakin.views.text import flag_words, singularities_report, solve_report
 
 _WINDOW = 100_000  # samples
+_RATE = 1000.0  # [Hz] of simulations
 
 
 def solve(options: argparse.Namespace) -> int:
@@ -65,6 +69,34 @@ def solve(options: argparse.Namespace) -> int:
         tell(printable(f"wrote {', '.join(map(str, written))}"))
     unknown = extremes.forces is not None and extremes.forces.unknown
     return 1 if unknown or extremes.first_flag is not None else 0
+
+
+def simulate(options: argparse.Namespace) -> int:
+    """Simulate, write and summarise."""
+    written = _checked_outputs(options)
+    solver = compile_mechanism(load_mechanism(options), coordinates="all" if options.all else None)
+    evaluate = Parameters(solver.mechanism.parameters, solver.mechanism.where).evaluate
+    result = solver.simulate(
+        evaluate(options.duration, TIME, "--duration"),
+        options.efforts,
+        start=values_of(solver.graph, options.start, "--start", 0),
+        velocity=values_of(solver.graph, options.velocity, "--velocity", 1),
+        rate=options.rate or _RATE,
+        bodies=options.bodies or options.animate is not None,
+    )
+    found = extremes(result)
+    _write_result(iter([result]), options)
+    title = ": ".join(filter(None, (f"{solver.mechanism.name}, simulated", solver.mechanism.title)))
+    if options.plot is not None or options.animate is not None:
+        _draw_pictures(solver, result, title, options, None)
+    tell(title, style="bold")
+    tell(solve_report(result, found, None))
+    if found.forces is not None:
+        tell(forces_report(found.forces, solver.graph))
+    tell(drift_words(result))
+    if written:
+        tell(printable(f"wrote {', '.join(map(str, written))}"))
+    return 1 if found.first_flag is not None else 0
 
 
 def _checked_outputs(options: argparse.Namespace) -> list[Path]:

@@ -12,6 +12,7 @@ from parakin.arrays import FloatArray
 from parakin.errors import InputError, nearest
 from parakin.files.motion_csv import read_histories
 from parakin.files.motion_toml import law_from_table
+from parakin.files.parsing import parse_toml, read_text
 from parakin.model.expressions import Parameters
 from parakin.model.graph import Graph
 from parakin.model.units import FORCE, TORQUE
@@ -44,15 +45,20 @@ def applied(graph: Graph, actuated: Sequence[int], given: Efforts) -> Applied:
     units = {graph.coordinates[k].name: _unit(graph, k) for k in actuated}
     if given is None:
         return Applied(lambda _t, _s: np.zeros(len(names)), asks=False)
+    if isinstance(given, (str, Path)) and Path(given).suffix.lower() == ".toml":
+        tables = parse_toml(read_text(Path(given)), str(given))
+        if set(tables) != {"efforts"} or not isinstance(tables["efforts"], Mapping):
+            raise InputError(str(given), f"keys {', '.join(tables) or 'none'}", "a table `efforts`")
+        return Applied(_by_laws(graph, units, tables["efforts"], f"{given}: efforts."), asks=False)
     if isinstance(given, (str, Path)):
         time, values = read_histories(Path(given), units)
         return Applied(_from_samples(str(given), time, values), asks=False)
     if callable(given):
         return Applied(_by_function(names, given), asks=True)
     if not isinstance(given, Mapping):
-        expected = "a table by actuated coordinate, a CSV file, or a function of a State"
+        expected = "a table by actuated coordinate, a CSV or TOML file, or a function of a State"
         raise InputError("efforts", type(given).__name__, expected)
-    return Applied(_by_laws(graph, units, given), asks=False)
+    return Applied(_by_laws(graph, units, given, "efforts of "), asks=False)
 
 
 def _unit(graph: Graph, k: int) -> Any:
@@ -60,17 +66,18 @@ def _unit(graph: Graph, k: int) -> Any:
 
 
 def _by_laws(
-    graph: Graph, units: Mapping[str, Any], given: Mapping[str, Any]
+    graph: Graph, units: Mapping[str, Any], given: Mapping[str, Any], places: str
 ) -> Callable[[float, State | None], FloatArray]:
     mechanism = graph.mechanism
     parameters = Parameters(mechanism.parameters, mechanism.where)
     for name in given:
         if name not in units:
-            raise InputError("efforts", f"{name!r}, not actuated", nearest(str(name), units))
+            where = places.removesuffix(".").removesuffix(" of ")
+            raise InputError(where, f"{name!r}, not actuated", nearest(str(name), units))
     constants = np.zeros(len(units))
     laws = {}
     for row, (name, unit) in enumerate(units.items()):
-        value, place = given.get(name, 0.0), f"efforts of {name}"
+        value, place = given.get(name, 0.0), f"{places}{name}"
         if isinstance(value, Mapping):
             laws[row] = law_from_table(value, parameters, unit, place)
         else:

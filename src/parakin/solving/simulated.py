@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from parakin.arrays import FloatArray
+from parakin.arrays import ORDERS, FloatArray
 from parakin.errors import InputError, nearest
 from parakin.kinematics.configuration import Configuration
+from parakin.model.graph import Graph
 from parakin.motion.checks import SLACK, refuse_unless_positive
-from parakin.solving.forces import is_finite
+from parakin.solving.force_variables import force_variables
+from parakin.solving.forces import Asked, Forces, is_finite
+from parakin.solving.motors import at_motors
 from parakin.solving.simulation import Simulation, Told
 from parakin.solving.status import SOLVED, Status
 from parakin.solving.tick import Tick
@@ -21,7 +24,6 @@ from parakin.solving.windows import Windows
 if TYPE_CHECKING:
     import xarray as xr
 
-_OVER = ("time", "actuator")
 _MOST = 10**7  # samples: all are kept at once
 _APART = 1e-4  # rad, or characteristic lengths: what was integrated and solved is another pose
 
@@ -83,35 +85,56 @@ def simulated(
     motion = found.motion
     (result,) = windows.solve(motion, motion.count, derivatives=2, parallel=False)
     told = simulation.told(found, result["time"].values)
-    result = checked(with_forces(result, told), told)
+    graph = simulation.home.plan.graph.plain
+    result = checked(with_forces(result, told, graph), told)
     return ended_early(result, times, found.ended) if motion.count < len(times) else result
 
 
-def with_forces(result: xr.Dataset, told: Told) -> xr.Dataset:
-    """A result with efforts, power, energies and drifts at its samples."""
-    unit = " or ".join(sorted({*told.units}))
-    names = ("kinetic_energy", "potential_energy", "power_lost", "power_applied")
-    kinds = ("J", "J", "W", "W")
-    variables: dict[str, Any] = {
-        "effort": (_OVER, told.effort.T, {"units": unit, "long_name": "effort of the actuators"}),
-        "power": (_OVER, told.power.T, {"units": "W", "long_name": "power of the actuators"}),
-        "energy_drift": (
-            "time",
-            told.energy_drift,
-            {"units": "J", "long_name": "energy beyond the first and the work done since"},
-        ),
-        "closure_drift": (
-            "time",
-            told.closure_drift,
-            {"units": "m", "long_name": "norm of all closure rows of the state integrated"},
-        ),
-    }
-    for name, values, kind in zip(names, told.energies, kinds, strict=True):
-        variables[name] = ("time", values, {"units": kind})
-    labels = {
-        "actuator": ("actuator", list(told.actuators)),
-        "effort_unit": ("actuator", list(told.units)),
-    }
+def with_forces(result: xr.Dataset, told: Told, graph: Graph) -> xr.Dataset:
+    """A result with efforts, power, motors, energies and drifts at its samples."""
+    known = result["coordinate"].values.tolist()
+    nothing = np.full(result.sizes["time"], np.nan)
+    velocity, acceleration = (
+        np.array(
+            [
+                result[order].sel(coordinate=name).values if name in known else nothing
+                for name in told.actuators
+            ]
+        ).reshape(len(told.actuators), -1)
+        for order in ORDERS[1:3]
+    )
+    motors = [graph.dynamics.motors.get(graph.index(name, "")) for name in told.actuators]
+    rest = np.zeros_like(told.effort)
+    torque, band, speed, current = at_motors(motors, told.effort, rest, velocity, acceleration)
+    none = np.zeros((0, 3, result.sizes["time"]))
+    forces = Forces(
+        told.actuators,
+        told.units,
+        (),
+        (),
+        tuple(n for n, motor in zip(told.actuators, motors, strict=True) if motor),
+        told.effort,
+        rest,
+        told.power,
+        nothing,
+        torque,
+        band,
+        speed,
+        torque * speed,
+        current,
+        none,
+        none,
+        nothing,
+        none[:, 0],
+        *told.energies,
+    )
+    variables, labels = force_variables(forces, Asked(energies=True))
+    drifts = (
+        ("energy_drift", told.energy_drift, "J", "energy beyond the first and the work since"),
+        ("closure_drift", told.closure_drift, "m", "norm of closure rows of what was integrated"),
+    )
+    for name, values, unit, about in drifts:
+        variables[name] = ("time", values, {"units": unit, "long_name": about})
     return result.assign(variables).assign_coords(labels)
 
 

@@ -32,6 +32,7 @@ from parakin.solving.forces import wound
 
 _LIGHT = 1e-9  # of the largest mass that a freedom moves: less is none
 _GRIP = 0.1  # of what a block's rows determined at first: where less is left, another plan is made
+_LAST = 1e-4  # of it: with less, if no other plan is found, rates are not known
 _SINGULAR = 1e-3  # regularity, home's being 1: closer to a singularity no plan is better
 
 
@@ -186,8 +187,12 @@ class Simulation:
         forward.check_masses(at, self._at(times[0]))
         state, time, knots = forward.state(at, rates, {}, 0.0), float(times[0]), [float(times[0])]
         segments: list[Segment] = []
-        while True:
-            found = self._integrated(forward, state, time, float(times[-1]))
+        reference, least = self._figures(forward, state, time), _GRIP
+        if not np.isfinite(self._rates(forward, time, state)).all():
+            raise InputError("start", "a pose at which rates are not known", "one that is regular")
+        while np.isfinite(self._rates(forward, time, state)).all():
+            left = partial(self._left, forward, reference, least)
+            found = self._integrated(forward, state, (time, float(times[-1])), left)
             segments.append(Segment(time, forward, found.sol))
             knots += found.sol.ts.tolist()[1:]
             time = float(found.t[-1])
@@ -195,9 +200,12 @@ class Simulation:
                 break
             state = found.y[:, -1]
             taken = self._taken_over(forward, state)
-            if taken is None:
+            if taken is None or least < _LAST:
                 break
-            forward, state = taken
+            least *= _GRIP
+            if taken[0] is not forward:
+                forward, state = taken
+                reference, least = self._figures(forward, state, time), _GRIP
         between = partial(self._samples, segments)
         sampled = times[times <= time]
         motion = Motion(
@@ -211,45 +219,64 @@ class Simulation:
         )
         return Simulated(motion, segments, time)
 
-    def _integrated(self, forward: Forward, state: FloatArray, start: float, end: float) -> Any:
-        """SciPy's solution from a state on, until the plan's rows lose their grip."""
+    def _figures(self, forward: Forward, state: FloatArray, time: float) -> FloatArray:
+        """How well each block's rows determine its unknowns."""
+        nothing = np.zeros(len(forward.rows.actuated))
+        return forward.run(state, nothing, self._at(time))[forward.rows.state :]
+
+    def _rates(self, forward: Forward, time: float, state: FloatArray) -> FloatArray:
+        efforts = self._efforts(forward, time, state)
+        return forward.run(state, efforts, self._at(time))[: forward.rows.state]
+
+    def _left(
+        self,
+        forward: Forward,
+        reference: FloatArray,
+        least: float,
+        time: float,
+        state: FloatArray,
+    ) -> float:
+        """By how much more than `least` of what it was at first the rows' grip is."""
+        part = self._figures(forward, state, time) / reference
+        return float(part.min(initial=1.0)) - least
+
+    def _integrated(
+        self,
+        forward: Forward,
+        state: FloatArray,
+        span: tuple[float, float],
+        left: Callable[[float, FloatArray], float],
+    ) -> Any:
+        """SciPy's solution from a state on, until nothing is left."""
         from scipy.integrate import solve_ivp
 
-        first = forward.run(state, self._efforts(forward, start, state), self._at(start))
-        reference = first[forward.rows.state :]
-
-        def rates(time: float, x: FloatArray) -> FloatArray:
-            efforts = self._efforts(forward, time, x)
-            return forward.run(x, efforts, self._at(time))[: forward.rows.state]
-
-        def grip(time: float, x: FloatArray) -> float:
-            nothing = np.zeros(len(forward.rows.actuated))
-            figures = forward.run(x, nothing, self._at(time))[forward.rows.state :]
-            return float((figures / reference).min(initial=1.0)) - _GRIP
-
-        grip.terminal = True  # type: ignore[attr-defined]
+        left.terminal = True  # type: ignore[attr-defined]
         plan, rows = forward.chart.plan, forward.rows
         numbers = [*plan.driven, *plan.unknowns, *rows.wound, *plan.driven]
         scales = [*coordinate_scales(plan.graph)[numbers], 1.0]
         return solve_ivp(
-            rates,
-            (start, end),
+            partial(self._rates, forward),
+            span,
             state,
             method="DOP853",
-            events=grip,
+            events=left,
             rtol=self.rtol,
             atol=self.rtol * np.array(scales),
             dense_output=True,
         )
 
     def _taken_over(self, forward: Forward, state: FloatArray) -> tuple[Forward, FloatArray] | None:
-        """By a plan made where another one has lost its grip; None at a singularity."""
+        """By a plan made where another one has lost its grip, or by that itself where no other rows
+        are better; None at a singularity.
+        """
         at = forward.configuration(state)
         if not forward.chart.regularity(at) > _SINGULAR:
             return None
         chart = forward.chart.replanned_at(at)
         if chart is None:
             return None
+        if _rows(chart.plan) == _rows(forward.chart.plan):
+            return forward, state
         known = dict(zip(forward.rows.wound, forward.parts(state)[2].tolist(), strict=True))
         after = Forward.of(chart, self.rest)
         return after, after.state(at, forward.parts(state)[3], known, float(state[-1]))
@@ -340,6 +367,10 @@ def _sorted(segments: Sequence[Segment], times: FloatArray) -> Iterator[tuple[Se
     of = np.searchsorted([segment.start for segment in segments], times, side="right") - 1
     for number in np.unique(of).tolist():
         yield segments[number], np.flatnonzero(of == number)
+
+
+def _rows(plan: Plan) -> list[tuple[Any, ...]]:
+    return [(block.unknowns, block.rows) for block in plan.blocks]
 
 
 def _names(graph: Any, numbers: Sequence[int]) -> list[str]:

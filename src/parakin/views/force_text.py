@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -14,6 +15,9 @@ from parakin.arrays import BoolArray
 from parakin.model.graph import Graph
 from parakin.views.force_extremes import RPM, ForceExtremes, Reactions, motor_of, uses
 from parakin.views.ranges import Range
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NEAR = 0.01  # how firmly actuators hold, home being 1: below, efforts grow without bound
 _NOTHING = 1e-9  # below it is rounding
@@ -129,6 +133,15 @@ def work_words(found: ForceExtremes) -> Iterator[str]:
     if np.isfinite(found.conditioning.low[0]):
         least, at = found.least_conditioning()
         yield f"least conditioning of the actuators {least:.3f} at {at:.6g} s (home is 1)"
+
+
+def drift_words(result: xr.Dataset) -> str:
+    """How true a simulation is."""
+    energy, loops = (
+        float(np.fmax.reduce(np.abs(result[name].values), initial=0.0))
+        for name in ("energy_drift", "closure_drift")
+    )
+    return f"energy drifts by {energy:.1e} J at most, loops open by {loops:.1e} m"
 
 
 def warnings(found: ForceExtremes, graph: Graph) -> Iterator[str]:

@@ -237,10 +237,11 @@ def singularity_lines(found: Closeness) -> list[Text]:
     return lines
 
 
-def solve_report(ds: xr.Dataset, found: Extremes, seconds: float) -> RenderableType:
+def solve_report(ds: xr.Dataset, found: Extremes, seconds: float | None) -> RenderableType:
     """What `parakin solve` prints: strokes, peaks, the worst residual, flags, time and rate.
 
-    ds: any window of the result, for names, units and home. seconds: time spent solving.
+    ds: any window of the result, for names, units and home. seconds: time spent solving,
+    if that is to be told.
     """
     names = ("peak speed", "peak accel.", "peak jerk")[: len(found.low) - 1]
     table = _table("actuated", "from", "to", "stroke from home", *names)
@@ -259,10 +260,13 @@ def solve_report(ds: xr.Dataset, found: Extremes, seconds: float) -> RenderableT
             " .. ".join(f"{unit.per_si * (value - home):+z.3f}" for value in (low, high)),
             *(unit.plain(peak, ".3f", per) for peak, per in zip(peaks, PER_TIME[1:], strict=False)),
         )
-    rate = found.samples / seconds if seconds else math.inf
+    took = ""
+    if seconds is not None:
+        rate = found.samples / seconds if seconds else math.inf
+        took = f" solved in {_time(seconds)} ({_rate(rate)})"
     lines = [
         Text(
-            f"{found.samples:,} samples solved in {_time(seconds)} ({_rate(rate)}); worst residual "
+            f"{found.samples:,} samples{took}; worst residual "
             f"{found.residual:.1e} m, least conditioning {found.conditioning:.3f}"
         )
     ]
