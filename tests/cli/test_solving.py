@@ -363,6 +363,7 @@ def test_a_simulation_is_written_and_summed_up(run: Parakin) -> None:
     ("told", "said"),
     [
         (("--duration", "3m"), "--duration: found '3m', a length; expected a time"),
+        (("--rate", "0"), "rate: found 0"),
         (("--start", "B=1"), "unknown coordinate 'B'"),
         (("--start", "A=1", "--start", "A=2"), "--start: found A twice"),
         (("--velocity", "A=1 m/s"), "--velocity A: found '1 m/s'"),

@@ -214,6 +214,56 @@ def test_a_spring_at_an_angle_that_follows_counts_its_turns(
     assert float(abs(ds["energy_drift"]).max()) < 1e-8
 
 
+# A spatial four-bar, its coupler between two ball joints.
+SPINNING = """
+name = "rssr"
+driven = ["A"]
+gravity = 0
+home.A = "40 deg"
+guess = { D = "60 deg" }
+[bodies]
+a = { mass = 1, com = [0.05, 0, 0], inertia = [0.001, 0.001, 0.001] }
+b = { mass = 2, com = [0.15, 0.01, 0], inertia = [0.002, 0.02, 0.02] }
+c = { mass = 1, com = [0.1, 0, 0], inertia = [0.001, 0.001, 0.001] }
+[joints.A]
+kind = "revolute"
+parent = "base"
+child = "a"
+[joints.S]
+kind = "spherical"
+parent = "a"
+child = "b"
+on_parent = { at = [0.1, 0, 0] }
+[joints.T]
+kind = "spherical"
+parent = "b"
+child = "c"
+on_parent = { at = [0.3, 0, 0] }
+on_child = { at = [0.2, 0, 0] }
+[joints.D]
+kind = "revolute"
+parent = "base"
+child = "c"
+on_parent = { at = [0.25, 0, 0.1], axis = [0.2, 0, 1] }
+"""
+
+
+def test_an_idle_freedom_is_let_go(tmp_path: Path) -> None:
+    """Nothing holds the coupler's spin: it needs no effort."""
+    with pytest.raises(InputError, match=r"T\.1 idle, and so held; expected them .*: A, T\.1"):
+        solver(SPINNING, tmp_path, machine_code=False).simulate(1.0)
+    freed = parakin.compile(tmp_path / "mechanism.toml", ["A", "T.1"], coordinates="all")
+    ds = freed.simulate(1.0, velocity={"A": 3.0, "T.1": 1.0}, rate=100, rtol=1e-11)
+    assert (ds["status"] == 0).all()
+    total = (ds["kinetic_energy"] + ds["potential_energy"]).values
+    assert total == pytest.approx(total[0], rel=1e-9)
+    at = ds.sel(coordinate=["A", "T.1"]).isel(time=60)
+    y, yd, ydd = (at[order].values for order in ("position", "velocity", "acceleration"))
+    behind = freed.at(y, yd, ydd, ds["position"].values[60], forces=True).forces
+    assert behind is not None
+    assert behind.effort == pytest.approx(0.0, abs=1e-7)
+
+
 def test_a_payload_let_go() -> None:
     """A hexapod's legs hold 350 kg; without 100 of them it rises, at first by 100 g/(250 + ...)."""
     loaded = parakin.compile(parakin.load("gough-stewart").with_payload("100 kg at platform"))

@@ -74,14 +74,18 @@ def solve(options: argparse.Namespace) -> int:
 def simulate(options: argparse.Namespace) -> int:
     """Simulate, write and summarise."""
     written = _checked_outputs(options)
-    solver = compile_mechanism(load_mechanism(options), coordinates="all" if options.all else None)
+    mechanism, chosen = load_mechanism(options), "all" if options.all else None
+    solver = compile_mechanism(mechanism, coordinates=chosen)
+    if solver.plan.idle:  # which move as they like
+        idle = [solver.graph.coordinates[k].name for k in solver.plan.idle]
+        solver = compile_mechanism(mechanism, [*solver.driven, *idle], coordinates=chosen)
     evaluate = Parameters(solver.mechanism.parameters, solver.mechanism.where).evaluate
     result = solver.simulate(
         evaluate(options.duration, TIME, "--duration"),
         options.efforts,
         start=values_of(solver.graph, options.start, "--start", 0),
         velocity=values_of(solver.graph, options.velocity, "--velocity", 1),
-        rate=options.rate or _RATE,
+        rate=_RATE if options.rate is None else options.rate,
         bodies=options.bodies or options.animate is not None,
     )
     found = extremes(result)

@@ -209,7 +209,6 @@ class Mechanics:
         """Why there are no forces of a mechanism as it is; "" if there are."""
         try:
             self._check(None)
-            _ = self.histories
         except InputError as error:
             return str(error)
         return ""

@@ -45,8 +45,8 @@ class Forward:
 
     @classmethod
     def of(cls, chart: Chart, rest: float) -> Forward:
-        """rest: see `ForwardRows`. Raises InputError where there is nothing that makes forces, or
-        friction that a simulation does not know.
+        """rest: see `ForwardRows`. Raises InputError where there is nothing that makes forces,
+        friction that a simulation does not know, or an idle freedom, which would be held.
         """
         plan = chart.plan
         graph, where = plan.graph, plan.graph.mechanism.where
@@ -56,6 +56,11 @@ class Forward:
             names = ", ".join(graph.coordinates[k].name for k in graph.dynamics.levers)
             found = f"friction that grows with the load, in {names}"
             raise InputError(f"{where}: joints", found, "Coulomb and viscous friction alone")
+        if plan.idle:
+            idle, driven = (_names(graph, numbers) for numbers in (plan.idle, plan.driven))
+            found = f"{', '.join(idle)} idle, and so held"
+            expected = f"them driven too: {', '.join([*driven, *idle])}"
+            raise InputError(f"{where}: driven", found, expected)
         outside = tuple(k for k in wound(plan) if k not in plan.unknowns and k not in plan.affine)
         return cls(chart, ForwardRows(plan, actuated_of(plan), outside, rest))
 
