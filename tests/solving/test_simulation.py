@@ -295,6 +295,8 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"efforts": lambda _: {"X": math.nan}}, "efforts at 0 s: .*nan.*finite"),
     ({"efforts": lambda _: {"Z": 1.0}}, "efforts at 0 s: .*by actuated coordinate: X"),
     ({"efforts": lambda _: 3.0}, "efforts at 0 s: found 3.0"),
+    ({"efforts": lambda _: {"X": "3"}}, "efforts at 0 s: .*finite numbers"),
+    ({"loads": {"y": 3.0}}, "unknown payload or wrench 'y'"),
     ({"rtol": 0.0}, "rtol: found 0"),
     ({"rest_speed": -1.0}, "rest_speed: found -1"),
 ]
@@ -326,6 +328,18 @@ def test_efforts_that_end_too_early(tmp_path: Path) -> None:
     (tmp_path / "efforts.csv").write_text("time,X\n0,1\n0.5,1\n")
     with pytest.raises(InputError, match=r"efforts from 0 s to 0\.5 s"):
         solver(BLOCK, tmp_path).simulate(1.0, tmp_path / "efforts.csv")
+    (tmp_path / "w.csv").write_text("time,fx,fy,fz,mx,my,mz\n0,1,0,0,0,0,0\n0.7,1,0,0,0,0,0\n")
+    blown = f'{BLOCK}[forces.w]\nkind = "wrench"\nat = "block"\ncsv = "w.csv"\n'
+    with pytest.raises(InputError, match=r"forces from 0 s to 0\.7 s; expected from 0 s to 1 s"):
+        solver(blown, tmp_path).simulate(1.0)
+    held = solver(blown, tmp_path).simulate(1.0, loads={"w": [8, 0, 0, 0, 0, 0]}, rate=10)
+    assert held["position"].values[-1, 0] == pytest.approx(1.0, abs=1e-8)
+
+
+def test_a_lean_solver_is_refused(tmp_path: Path) -> None:
+    for lean in ({"derivatives": 1}, {"checks": False}):
+        with pytest.raises(InputError, match="without accelerations or checks"):
+            solver(BLOCK, tmp_path, **lean).simulate(1.0)
 
 
 def test_a_simulation_ends_where_it_meets_a_singularity() -> None:

@@ -70,7 +70,7 @@ def parts_of(dynamics: Dynamics, inputs: Sequence[Scalar]) -> list[Part]:
 
 
 def inertia_of(one: Circuits, other: Circuits, part: Part) -> Scalar:
-    """M v_C · v_C' + w · I w' of two motions at one pose; of one with itself, twice its energy."""
+    """Of two motions at one pose, m v_C · v_C' + w · I w'; of one with itself, twice its energy."""
     body, mass, amount, share = part
     X_WB, V_WB = one.pose(body), one.twist(body)
     p_WC, V2_WB = X_WB.p + X_WB.R @ mass.com, other.twist(body)

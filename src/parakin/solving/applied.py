@@ -16,6 +16,7 @@ from parakin.files.parsing import parse_toml, read_text
 from parakin.model.expressions import Parameters
 from parakin.model.graph import Graph
 from parakin.model.units import FORCE, TORQUE
+from parakin.solving.forces import is_finite
 
 Efforts: TypeAlias = (
     "Mapping[str, Any] | str | Path | Callable[[State], Mapping[str, float]] | None"
@@ -117,9 +118,8 @@ def _by_function(
         if not isinstance(found, Mapping) or not known.issuperset(found):
             expected = f"efforts by actuated coordinate: {', '.join(names)}"
             raise InputError(f"efforts at {time:g} s", repr(found), expected)
-        values = np.array([float(found.get(name, 0.0)) for name in names])
-        if not np.isfinite(values).all():
+        if not all(map(is_finite, found.values())):
             raise InputError(f"efforts at {time:g} s", repr(found), "finite numbers")
-        return values
+        return np.array([float(found.get(name, 0.0)) for name in names])
 
     return efforts

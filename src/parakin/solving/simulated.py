@@ -81,6 +81,10 @@ def simulated(
     """
     refuse_unless_positive(simulation.rtol, "rtol")
     refuse_unless_positive(simulation.rest, "rest_speed")
+    outputs = simulation.home.outputs
+    if outputs.derivatives < 2 or not outputs.checks:
+        lean, whole = "one compiled without accelerations or checks", "derivatives=2, checks=True"
+        raise InputError("solver", lean, f"one with {whole}")
     found = simulation.run(*start, times)
     motion = found.motion
     (result,) = windows.solve(motion, motion.count, derivatives=2, parallel=False)

@@ -189,7 +189,10 @@ class Simulation:
         first of the times (n,) to the last, or until a singularity is met.
         """
         forward = Forward.of(self.home, self.rest)
+        self.home.mechanics.check_histories(times[[0, -1]], self.given)
         forward.check_masses(at, self._at(times[0]))
+        if not self.acting.asks:
+            self.acting.of(float(times[-1]), None)  # refuses what ends earlier
         state, time, knots = forward.state(at, rates, {}, 0.0), float(times[0]), [float(times[0])]
         segments: list[Segment] = []
         reference, least = self._figures(forward, state, time), _GRIP
