@@ -1,13 +1,17 @@
-"""Speed of efforts and reactions, as ratios to the same solver's own kinematics in the same run."""
+"""Speed of efforts, reactions and accelerations from forces, as ratios to the same solver's own
+kinematics in the same run.
+"""
 
 import numpy as np
 
 import parakin
 from benchmarks.timing import best
+from parakin.solving.simulation import Forward
 from parakin.solving.solver import Solver
 
 BATCH = 4_096
 CASES = {"flight-simulator": "general", "gough-stewart": "tour"}
+FORWARD = {"flight-simulator": 4, "gough-stewart": 7}  # times the kinematics, to reach
 
 
 def inputs(solver: Solver, motion: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -29,6 +33,7 @@ def rows(name: str) -> list[tuple[str, str, str, str]]:
     kinematics = best(lambda: every.at(*driven)) / BATCH
     efforts = best(lambda: solver.at(*driven, forces=True)) / BATCH
     both = best(lambda: solver.at(*driven, reactions=True)) / BATCH
+    forward, alone = forward_times(every, driven)
     return [
         (f"{name}: all coordinates, v and a, unchecked", f"{1e9 * kinematics:.0f} ns", "", ""),
         (
@@ -43,4 +48,27 @@ def rows(name: str) -> list[tuple[str, str, str, str]]:
             "1.9 x the kinematics",
             f"{both / kinematics:.2f} x the kinematics",
         ),
+        (
+            f"{name}: accelerations from forces (one pose alone {1e6 * alone:.1f} µs)",
+            f"{1e9 * forward:.0f} ns",
+            f"{FORWARD[name]} x the kinematics",
+            f"{forward / kinematics:.2f} x the kinematics",
+        ),
     ]
+
+
+def forward_times(
+    every: Solver, driven: tuple[np.ndarray, np.ndarray, np.ndarray]
+) -> tuple[float, float]:
+    """Seconds a pose, in a batch and alone, of what `Solver.simulate` integrates: it has no public
+    name, being called step by step.
+    """
+    forward = Forward.of(every._atlas.home, 1e-3)
+    tick, plan = every.at(*driven), every.plan
+    unknowns = [tick.value(every.graph.coordinates[k].name) for k in plan.unknowns]
+    state = np.concatenate([driven[0], np.array(unknowns), driven[1], np.zeros((1, BATCH))])
+    efforts = np.zeros((len(forward.rows.actuated), BATCH))
+    loads = every.mechanics.loads(None, BATCH)
+    batch = best(lambda: forward.run(state, efforts, loads)) / BATCH
+    one = [np.ascontiguousarray(each[:, 0]) for each in (state, efforts, loads)]
+    return batch, best(lambda: forward.run(*one))
