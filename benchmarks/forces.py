@@ -63,7 +63,7 @@ def forward_times(
     """Seconds a pose, in a batch and alone, of what `Solver.simulate` integrates: it has no public
     name, being called step by step.
     """
-    forward = Forward.of(every._atlas.home, 1e-3)
+    forward = Forward.of(every.chart, 1e-3)
     tick, plan = every.at(*driven), every.plan
     unknowns = [tick.value(every.graph.coordinates[k].name) for k in plan.unknowns]
     state = np.concatenate([driven[0], np.array(unknowns), driven[1], np.zeros((1, BATCH))])

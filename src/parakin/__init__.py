@@ -18,7 +18,7 @@ The packages follow the flow of the data; each imports only those listed before 
 - `planning`: joints to cut, rows and their order for given driven coordinates
 - `kernel`: one pose, its rates (eq. 10) and forces, in machine code or on NumPy
 - `solving`: compiling solvers, following motions, simulating, labelled results, assembly modes
-- `analysis`: mobility, singularities, stiffness (and, beside it, real time when it comes)
+- `analysis`: mobility, singularities, stiffness, small motions (beside it, real time when it comes)
 - `exports`: models and code for other programs
 - `views`: figures, films, reports, schemes, pages in the browser
 - `verbs`: commands as functions, `parakin.check`, `draw`, ...: all but `list`, `modes`, `solve` and
@@ -36,6 +36,7 @@ from typing import TYPE_CHECKING, Any
 from parakin.version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from parakin.analysis.linearisation import linearise
     from parakin.analysis.singularities import singularities
     from parakin.analysis.stiffness import stiffness
     from parakin.errors import (
@@ -76,6 +77,7 @@ _MODULES = {
     "compile": "solving.compiler",
     "modes": "solving.modes",
     "singularities": "analysis.singularities",
+    "linearise": "analysis.linearisation",
     "stiffness": "analysis.stiffness",
     "check": "verbs",
     "draw": "verbs",
@@ -130,6 +132,7 @@ __all__ = [
     "from_laws",
     "history",
     "laws",
+    "linearise",
     "load",
     "modes",
     "plot",

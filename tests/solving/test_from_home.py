@@ -22,7 +22,7 @@ def test_home_is_what_the_solver_answers_there(name: str) -> None:
 
 def test_a_home_state_is_at_rest() -> None:
     solver = parakin.compile("gough-stewart", LEGS, machine_code=False)
-    state = home_state(solver._chart)
+    state = home_state(solver.chart)
     assert state.driven.shape == (3, 6)
     assert state.iterated.shape == (3, 6)
     assert not state.driven[1:].any()

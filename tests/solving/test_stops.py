@@ -83,9 +83,9 @@ def test_words_name_the_stop_with_as_many_digits_as_it_takes(
 def test_rows_say_which_limit_is_exceeded_by_the_greatest_part_of_its_range(
     rig: parakin.Solver,
 ) -> None:
-    rows = rig._chart.limits
+    rows = rig.chart.limits
     place = dict(zip(rows.numbers.tolist(), rows.rows.tolist(), strict=True))
-    out = np.zeros((rig._chart.outputs.count, 6))
+    out = np.zeros((rig.chart.outputs.count, 6))
     out[place[1]] = 0.3
     out[place[1], 1:4] = [0.59, 0.05, 0.55 + 1e-14]  # the last within rounding
     out[place[2], 1] = 0.6  # 10 % of its range beyond, and P4 a little less
@@ -100,9 +100,9 @@ def test_rows_say_which_limit_is_exceeded_by_the_greatest_part_of_its_range(
 
 @pytest.mark.filterwarnings("error")
 def test_infinity_is_beyond_every_end_that_is_not_open(rig: parakin.Solver) -> None:
-    rows = rig._chart.limits
+    rows = rig.chart.limits
     place = dict(zip(rows.numbers.tolist(), rows.rows.tolist(), strict=True))
-    out = np.zeros((rig._chart.outputs.count, 2))
+    out = np.zeros((rig.chart.outputs.count, 2))
     out[place[1]] = 0.3
     out[place[1], 0] = 0.6
     out[place[3], 0], out[place[3], 1] = -np.inf, np.inf  # open below

@@ -63,10 +63,24 @@ def rate_of(a: Scalar) -> Scalar:
 
 
 def dual_functions(functions: Functions) -> Functions:
-    """Those that the derivatives of coordinates need, sqrt and atan2, on dual numbers too."""
+    """The same on dual numbers too."""
+
+    def sin(a: Scalar) -> Scalar:
+        value = value_of(a)
+        return dual(functions.sin(value), mul(functions.cos(value), rate_of(a)))
+
+    def cos(a: Scalar) -> Scalar:
+        value = value_of(a)
+        return dual(functions.cos(value), sub(0.0, mul(functions.sin(value), rate_of(a))))
+
+    def copysign(size: Scalar, sign: Scalar) -> Scalar:
+        side: Scalar = functions.copysign(1.0, mul(value_of(size), value_of(sign)))
+        return mul(side, size)
 
     def sqrt(a: Scalar) -> Scalar:
-        root = functions.sqrt(value_of(a))
+        root: Scalar = functions.sqrt(value_of(a))
+        if not isinstance(a, Dual):
+            return root
         return dual(root, mul(0.5, rate_of(a)) / root)
 
     def atan2(y: Scalar, x: Scalar) -> Scalar:
@@ -74,4 +88,4 @@ def dual_functions(functions: Functions) -> Functions:
         turning = sub(mul(b, rate_of(y)), mul(a, rate_of(x)))
         return dual(functions.atan2(a, b), turning / add(mul(a, a), mul(b, b)))
 
-    return functions._replace(sqrt=sqrt, atan2=atan2)
+    return functions._replace(sin=sin, cos=cos, sqrt=sqrt, atan2=atan2, copysign=copysign)

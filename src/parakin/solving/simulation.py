@@ -68,18 +68,21 @@ class Forward:
     def kernel(self) -> Kernel:
         return make_forward_kernel(self.rows, machine_code=self.chart.machine_code)
 
-    def check_masses(self, at: Configuration, loads: FloatArray) -> None:
-        """Raises InputError where a freedom moves nothing that has mass."""
+    def mass_matrix(self, at: Configuration, loads: FloatArray) -> FloatArray:
+        """That of the driven coordinates, (n, n)."""
         plan = self.chart.plan
         driven = [float(at.q[k]) - plan.offset(k) for k in plan.driven]
         unknowns = [float(at.q[k]) - plan.offset(k) for k in plan.unknowns]
         moved = motion_at(plan, driven, unknowns, [0.0] * len(driven), FLOATS)
         units = unit_motions(plan, moved, FLOATS)
         entries = mass_matrix(plan, moved, units, loads.tolist())
+        return np.array([[as_float(x) for x in row] for row in entries])
+
+    def check_masses(self, at: Configuration, loads: FloatArray) -> None:
+        """Raises InputError where a freedom moves nothing that has mass."""
+        plan = self.chart.plan
         scales = coordinate_scales(plan.graph)[list(plan.driven)]
-        matrix = np.array([[as_float(x) for x in row] for row in entries]) * np.outer(
-            scales, scales
-        )
+        matrix = self.mass_matrix(at, loads) * np.outer(scales, scales)
         values, vectors = np.linalg.eigh(matrix)
         if not values[0] > _LIGHT * values[-1]:
             most = plan.driven[int(np.abs(vectors[:, 0]).argmax())]

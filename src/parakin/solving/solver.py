@@ -66,15 +66,15 @@ class Solver:
         self.plan = plan
         self.mechanism = graph.mechanism
         self.machine_code = machine_code
-        self._chart = Chart(plan, outputs, reported, machine_code)
+        self.chart = Chart(plan, outputs, reported, machine_code)
         self.driven = tuple(graph.coordinates[k].name for k in plan.driven)
         self.coordinates = tuple(self._name(c) for c in outputs.coordinates[:reported])
         self.derivatives = outputs.derivatives
         self.home: Mapping[str, float] = home_values(graph, plan)
         self._outputs = outputs
         self.reported = replace(outputs, coordinates=outputs.coordinates[:reported])
-        self.layout = self._chart.layout
-        self._atlas = Atlas(self._chart, self.reported)
+        self.layout = self.chart.layout
+        self._atlas = Atlas(self.chart, self.reported)
         self.stops = self._atlas.stops
         self._labels = Labels(
             graph, self.reported, self.coordinates, self.driven, self.home, self.stops
@@ -93,9 +93,9 @@ class Solver:
         turning = np.array(turning_angles, dtype=np.intp)
         self._guesses = Guesses(self.layout, at_home, self.iterated, hidden, turning)
         self._answers = Answers(self._atlas, self._guesses, self._labels)
-        self._run = self._chart.run
+        self._run = self.chart.run
         self._undefined = self.layout.undefined
-        _ = self._chart.kernel  # compiled now and not at the first pose
+        _ = self.chart.kernel  # compiled now and not at the first pose
 
     def __reduce__(self) -> tuple[Callable[[bytes], Solver], tuple[bytes]]:
         return self._again
@@ -156,7 +156,7 @@ class Solver:
             reactions=reactions, energies=energies, preload=preload, indeterminate=indeterminate
         )
         found = forces_behind(
-            self._chart,
+            self.chart,
             self._locks,
             asked,
             inputs,
@@ -193,7 +193,7 @@ class Solver:
         if plain and out.ndim == 1 and within is None and not walked and not self._undefined:
             residual, conditioning, _, size, _ = out[self._outputs.figures].tolist()
             closed = residual <= RESIDUAL * size and conditioning >= SINGULAR
-            if closed and self._chart.limits.kept(out):
+            if closed and self.chart.limits.kept(out):
                 return self._answers.tick(out, 0, residual, conditioning)
         return self._answers.judged(out, inputs, start, walked, within, plain=plain)
 
@@ -217,7 +217,7 @@ class Solver:
     @property
     def mechanics(self) -> Mechanics:
         """What forces need to know of the plan."""
-        return self._chart.mechanics
+        return self.chart.mechanics
 
     @property
     def angle_rows(self) -> list[int]:
@@ -235,7 +235,7 @@ class Solver:
         points = points_of(self.graph, True)
         samples = Samples(np.zeros(1), place, zero, zero)
         found = begun_at(self._locks, self.layout, tick)[:, None]
-        blocks = self._chart.figures(points, samples, found, False).reshape(len(points), POINT, 1)
+        blocks = self.chart.figures(points, samples, found, False).reshape(len(points), POINT, 1)
         return blocks[:, POSITION, 0], quaternions(blocks[:, ORIENTATION], None)[0]
 
     def motion(
@@ -359,7 +359,7 @@ class Solver:
         """
         y, yd = beginning(self.driven, self.home, start, velocity)
         at = self.configuration(y, required(self.at(y)))
-        simulation = Simulation(self._chart, efforts, loads or {}, rest_speed, rtol)
+        simulation = Simulation(self.chart, efforts, loads or {}, rest_speed, rtol)
         windows = Windows(self._atlas, self._labels, points_of(self.graph, bodies))
         return simulated(simulation, (at, yd), sampled(duration, rate), windows)
 
