@@ -23,4 +23,5 @@ PER_ACTUATOR = (
 PER_JOINT = ("reaction_force", "reaction_moment")
 OF_MECHANISM = (
     *("force_imbalance", "kinetic_energy", "potential_energy", "power_lost", "power_applied"),
+    *("energy_drift", "closure_drift"),
 )

@@ -349,6 +349,9 @@ def test_a_simulation_is_written_and_summed_up(run: Parakin) -> None:
     with Path("s.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 51
+    assert max(abs(float(row["energy_drift"])) for row in rows) < 1e-6
+    assert all(float(row["closure_drift"]) == 0.0 for row in rows)  # it has no loops
+    assert run("solve", "pendulum.toml", "s.csv", "--forces")[0] == 0  # as a motion
     assert float(rows[0]["A.position"]) == pytest.approx(np.radians(20.0))
     assert float(rows[0]["A.velocity"]) == pytest.approx(np.radians(10.0))
     gained = [

@@ -23,7 +23,7 @@ from parakin.motion.sampled import from_arrays
 MAX_BYTES = 2 * 10**9
 _RESULTS = re.compile(  # columns of our own results other than those of driven coordinates
     r"status|residual|(effort_)?conditioning|stopped_by|force_imbalance"
-    r"|(kinetic|potential)_energy|power_(lost|applied)"
+    r"|(kinetic|potential)_energy|power_(lost|applied)|(energy|closure)_drift"
     r"|.+\.(effort(_band)?|power|motor_(torque(_band)?|speed|power|current)|idle_effort)"
     r"|.+\.reaction_(force|moment)\.[xyz]"
     r"|.+\.(orientation|(angular_)?(position|velocity|acceleration|jerk))(\.[wxyz])?"
