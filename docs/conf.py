@@ -26,7 +26,7 @@ nitpicky = True
 nitpick_ignore = [
     *(
         ("py:class", f"numpy.{name}")
-        for name in ("ndarray", "dtype", "float64", "int64", "int8", "bool")
+        for name in ("ndarray", "dtype", "float64", "complex128", "int64", "int8", "bool")
     ),
     ("py:class", "collections.abc.Callable"),
     ("py:class", "collections.abc.Mapping"),
