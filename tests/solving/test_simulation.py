@@ -87,8 +87,8 @@ def test_coulomb_friction_stops_a_block(tmp_path: Path) -> None:
     """It slides v²/2a; then creeps, as friction is a slope between the directions."""
     text = f"{BLOCK}friction = {{ coulomb = 8 }}\n"
     block = solver(text, tmp_path)
-    ds = block.simulate(1.0, velocity={"X": 1.0}, rest_speed=1e-5, rate=100)
-    assert ds["position"].values[-1, 0] == pytest.approx(1.0 / (2 * 2.0), abs=1e-5)
+    ds = block.simulate(1.0, velocity={"X": 1.0}, rest_speed=1e-4, rate=100)
+    assert ds["position"].values[-1, 0] == pytest.approx(1.0 / (2 * 2.0), abs=1e-4)
     assert abs(ds["velocity"].values[-1, 0]) < 1e-6
     assert float(abs(ds["energy_drift"]).max()) < 1e-6
     pushed = block.simulate(1.0, {"X": "20 N"}, rate=100)
@@ -119,7 +119,8 @@ def test_efforts_over_time(tmp_path: Path, kind: str) -> None:
 
 
 def test_a_function_sees_where_all_moves() -> None:
-    """A leg's own damper, and a servo of the other two, on a Delta."""
+    """Servos of a Delta's arms: stiff, and so slow without machine code."""
+    pytest.importorskip("heyoka")
     delta = parakin.compile("delta", coordinates="all")
     home = {name: delta.home[name] for name in ("A1", "A2", "A3")}
     seen: list[State] = []
@@ -127,7 +128,7 @@ def test_a_function_sees_where_all_moves() -> None:
     def servo(state: State) -> dict[str, float]:
         seen.append(state)
         return {
-            name: 2000.0 * (home[name] - state.position[name]) - 50.0 * state.velocity[name]
+            name: 300.0 * (home[name] - state.position[name]) - 8.0 * state.velocity[name]
             for name in home
         }
 
