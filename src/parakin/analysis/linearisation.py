@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from parakin.algebra.dual import dual, dual_functions, rate_of
 from parakin.algebra.spatial import FLOATS, Scalar, as_float
 from parakin.arrays import ComplexArray, FloatArray
+from parakin.caching import cached_property
 from parakin.errors import InputError
 from parakin.kernel.forward import accelerations
 from parakin.solving.simulation import Forward
@@ -131,7 +132,7 @@ def _held(
     return forces.effort
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Pose:
     """A state (s,) at rest, with the efforts (m,) and loads there."""
 
@@ -154,6 +155,10 @@ class _Pose:
         first = self.forward.rows.state - 2 * n - 1
         return results[first : first + n]
 
+    @cached_property
+    def _unit_motions(self) -> list[tuple[FloatArray, FloatArray]]:
+        return [self._moving(k) for k in range(len(self.forward.rows.plan.driven))]
+
     def _moving(self, k: int) -> tuple[FloatArray, FloatArray]:
         """At a rate of one in driven coordinate k: the rates of a state's positions, and of the
         actuators.
@@ -172,14 +177,14 @@ class _Pose:
     def actuation(self) -> FloatArray:
         """The actuators' rates by those of the driven coordinates, (m, n)."""
         n, m = len(self.forward.rows.plan.driven), len(self.forward.rows.actuated)
-        return np.array([self._moving(k)[1] for k in range(n)]).T.reshape(m, n)
+        return np.array([actuators for _, actuators in self._unit_motions]).T.reshape(m, n)
 
     def derivative(self, k: int) -> FloatArray:
         """Of the accelerations (n,) by driven position k or, from n on, by its rate."""
         n = len(self.forward.rows.plan.driven)
         change = np.zeros(len(self.state))
         if k < n:
-            change[: len(self.state) - n - 1] = self._moving(k)[0]
+            change[: len(self.state) - n - 1] = self._unit_motions[k][0]
         else:
             change[-1 - n + k - n] = 1.0
         state = [dual(x, rate) for x, rate in zip(self.state, change.tolist(), strict=True)]
