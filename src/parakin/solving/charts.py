@@ -16,7 +16,8 @@ from parakin.algebra.spatial import as_array
 from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.caching import cached_property
 from parakin.errors import ParakinError
-from parakin.kernel.backends import Kernel, make_kernel
+from parakin.kernel.backends import Kernel, make_forward_kernel, make_kernel
+from parakin.kernel.forward import ForwardRows
 from parakin.kernel.outputs import Outputs
 from parakin.kinematics import loops
 from parakin.kinematics.configuration import (
@@ -59,6 +60,7 @@ class Chart:
     relative_regularity: float = 1.0
     _figures: dict[tuple[object, ...], Figures] = field(default_factory=dict)
     _force_kernels: dict[tuple[Asked, float], tuple[Kernel, int]] = field(default_factory=dict)
+    _forward_kernels: dict[tuple[float, bool], Kernel] = field(default_factory=dict)
 
     @cached_property
     def layout(self) -> Layout:
@@ -156,6 +158,14 @@ class Chart:
         out = np.empty((count, len(samples.time)))
         kernel(np.concatenate([*driven, found, loads, angles]), out, parallel)
         return out
+
+    def forward_kernel(self, rows: ForwardRows) -> Kernel:
+        """Of forward dynamics; rows: of this plan."""
+        key = (rows.rest, rows.told)
+        if key not in self._forward_kernels:  # kept, since a kernel takes a while to compile
+            made = make_forward_kernel(rows, machine_code=self.machine_code)
+            self._forward_kernels[key] = made
+        return self._forward_kernels[key]
 
     def configuration(self, driven: FloatArray, out: FloatArray) -> Configuration:
         """All coordinates at a pose: driven ones (k,), and a column of outputs (rows,)."""

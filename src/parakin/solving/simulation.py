@@ -20,7 +20,7 @@ from parakin.algebra.spatial import FLOATS, as_float
 from parakin.arrays import FloatArray, IndexArray
 from parakin.caching import cached_property
 from parakin.errors import InputError
-from parakin.kernel.backends import Kernel, make_forward_kernel
+from parakin.kernel.backends import Kernel
 from parakin.kernel.forward import ForwardRows, mass_matrix
 from parakin.kernel.motion import motion_at, unit_motions
 from parakin.kinematics.configuration import Configuration, configure, coordinate_scales
@@ -66,7 +66,7 @@ class Forward:
 
     @cached_property
     def kernel(self) -> Kernel:
-        return make_forward_kernel(self.rows, machine_code=self.chart.machine_code)
+        return self.chart.forward_kernel(self.rows)
 
     def mass_matrix(self, at: Configuration, loads: FloatArray) -> FloatArray:
         """That of the driven coordinates, (n, n)."""
