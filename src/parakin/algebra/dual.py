@@ -88,4 +88,9 @@ def dual_functions(functions: Functions) -> Functions:
         turning = sub(mul(b, rate_of(y)), mul(a, rate_of(x)))
         return dual(functions.atan2(a, b), turning / add(mul(a, a), mul(b, b)))
 
-    return functions._replace(sin=sin, cos=cos, sqrt=sqrt, atan2=atan2, copysign=copysign)
+    def minimum(a: Scalar, b: Scalar) -> Scalar:
+        side: Scalar = functions.copysign(0.5, sub(value_of(a), value_of(b)))
+        rate = add(mul(sub(0.5, side), rate_of(a)), mul(add(0.5, side), rate_of(b)))
+        return dual(functions.minimum(value_of(a), value_of(b)), rate)
+
+    return Functions(sin, cos, sqrt, atan2, minimum, copysign)

@@ -142,7 +142,7 @@ def stiffness(
         rates[actuated],
         _efforts(solver, y, tick, names),
         np.array([np.inf if motor is None else motor.max_effort for motor in motors]),
-        _compliance(solver, rates, jacobian, actuated, motors),
+        _compliance(solver, _springs(solver, there), rates, jacobian, actuated, motors),
     )
 
 
@@ -192,15 +192,28 @@ def _efforts(solver: Solver, y: ArrayLike, tick: Tick, names: Sequence[str]) -> 
     return found.effort
 
 
+def _springs(solver: Solver, there: Configuration) -> dict[int, float]:
+    """Stiffness of joints, by coordinate, that of a stop where it is run into."""
+    found = {}
+    for k, each in solver.graph.dynamics.passive.items():
+        value = float(there.q[k]) - solver.plan.offset(k)
+        stiffness = each.stiffness + each.stop * (not each.low <= value <= each.high)
+        if stiffness:
+            found[k] = stiffness
+    return found
+
+
 def _compliance(
     solver: Solver,
+    springs: dict[int, float],
     rates: FloatArray,
     jacobian: FloatArray,
     actuated: Sequence[int],
     motors: Sequence[Motor | None],
 ) -> FloatArray:
-    """J (sum of k r rᵀ)⁻¹ Jᵀ over all springs, rigid drives held. Raises InputError."""
-    springs = {k: p.stiffness for k, p in solver.graph.dynamics.passive.items() if p.stiffness}
+    """J (sum of k r rᵀ)⁻¹ Jᵀ over all springs, rigid drives held. springs: of joints, by
+    coordinate; drives are added. Raises InputError.
+    """
     rigid: list[int] = []
     for k, motor in zip(actuated, motors, strict=True):
         if motor is None or not np.isfinite(motor.stiffness):

@@ -25,6 +25,7 @@ def left_out(graph: Graph, held: Collection[str]) -> list[str]:
 
     found["the velocities at which dampers rest, in"] = of("zero_speed")
     found["damping in spherical joints:"] = _balls(graph)
+    found["how stiff limits are, in"] = of("stop")
     if ARMATURES not in held:
         found["armatures of"] = of("armature")
     if SPRINGS not in held:

@@ -72,7 +72,7 @@ def _resisted(
         value, rate, second = coordinate(plan, moved, k, 2)
         value = wound.get(k, value)
         way = direction(rate, statics.functions) if passive.coulomb else 0.0
-        resisting[k] = resistance(passive, value, rate, second, way)
+        resisting[k] = resistance(passive, value, rate, second, way, statics.functions)
         needs = needs.less(statics.unit_effort(k), mul(-1.0, resisting[k].effort))
     if not wanted.loaded:
         return needs, resisting, []

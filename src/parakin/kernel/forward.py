@@ -131,7 +131,7 @@ def _resisting(
         value, rate, second = coordinate(rows.plan, moved, k, 2)
         value = taken.wound.get(k, value)
         way = smooth_direction(rate, rows.rest, functions) if passive.coulomb else 0.0
-        found[k] = resistance(passive, value, rate, second, way)
+        found[k] = resistance(passive, value, rate, second, way, functions)
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from parakin.algebra.spatial import Functions, Scalar, add, mul, sub
@@ -15,7 +16,8 @@ direction is then no more than rounding, and friction goes from one value to the
 
 class Resistance(NamedTuple):
     """effort: what the coordinate's motion needs; band: how far Coulomb friction may change that
-    either way, at rest; stored: energy in the spring [J]; lost: power to friction and damper [W].
+    either way, at rest; stored: energy in spring and stop [J]; lost: power to friction, damper and
+    stop [W].
     """
 
     effort: Scalar
@@ -42,7 +44,12 @@ def smooth_direction(rate: Scalar, speed: float, functions: Functions) -> Scalar
 
 
 def resistance(
-    passive: Passive, value: Scalar, rate: Scalar, second: Scalar, way: Scalar
+    passive: Passive,
+    value: Scalar,
+    rate: Scalar,
+    second: Scalar,
+    way: Scalar,
+    functions: Functions,
 ) -> Resistance:
     """Of a coordinate at a position, velocity and acceleration. way: its direction of motion."""
     stretch = sub(value, passive.zero)
@@ -53,6 +60,28 @@ def resistance(
     )
     effort = add(add(spring, braking), mul(passive.armature, second))
     resting = sub(1.0, mul(way, way))
-    return Resistance(
+    found = Resistance(
         effort, mul(passive.coulomb, resting), mul(0.5, mul(spring, stretch)), mul(braking, rate)
     )
+    for side, end in ((1.0, passive.high), (-1.0, passive.low)):
+        if passive.stop and math.isfinite(end):
+            beyond, going = mul(side, sub(value, end)), mul(side, rate)
+            found = found.plus(_stopped(passive, side, beyond, going, functions))
+    return found
+
+
+def _stopped(
+    passive: Passive, side: float, beyond: Scalar, going: Scalar, functions: Functions
+) -> Resistance:
+    """What a stop asks for at how far beyond it a coordinate is, and how fast it goes on: k x (1 +
+    c x'), where neither factor is below zero (K. H. Hunt and F. R. E. Crossley, J. Appl. Mech. 42
+    (1975) 440).
+    """
+    # As least of negatives: of NaN and zero it is NaN.
+    depth = mul(-1.0, functions.minimum(mul(-1.0, beyond), 0.0))
+    firm = mul(passive.stop, depth)
+    held: Scalar = firm
+    if passive.dissipation:
+        gain = add(1.0, mul(passive.dissipation, going))
+        held = mul(firm, mul(-1.0, functions.minimum(mul(-1.0, gain), 0.0)))
+    return Resistance(mul(side, held), 0.0, mul(0.5, mul(firm, depth)), mul(sub(held, firm), going))

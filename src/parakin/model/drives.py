@@ -41,6 +41,17 @@ class Damper(Table):
     zero: Quantity = 0.0
 
 
+class Stop(Table):
+    """What a coordinate runs into at its declared limits, as Hunt and Crossley have it: `stiffness`
+    [N/m or N m/rad] times how far it is beyond, and as much again for every 1/`dissipation`
+    [1/(s/m) or 1/(s/rad)] by which it still goes on; less where it comes back, and never a pull.
+    Raises InputError.
+    """
+
+    stiffness: Quantity
+    dissipation: Quantity = 0.0
+
+
 class Drive(Table):
     """What moves an actuated coordinate: a motor, through a ball screw of `lead` (per turn of the
     motor) on a slide, a gear of `ratio` (turns of the motor per turn of the joint) on a turn;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypeVar
@@ -11,6 +12,7 @@ from parakin.errors import InputError
 from parakin.model.expressions import Parameters
 from parakin.model.fields import Quantity
 from parakin.model.joints import Coordinate, GraphJoint
+from parakin.model.limits import Limit
 from parakin.model.loads import Acting, BodyWrench, Load, Points, PointSpring
 from parakin.model.masses import Mass, amount, mass_of
 from parakin.model.mechanism import Joint, Mechanism
@@ -25,6 +27,7 @@ from parakin.model.units import (
     INERTIA,
     LENGTH,
     MASS,
+    TIME,
     TORQUE,
     VELOCITY,
 )
@@ -36,7 +39,7 @@ T = TypeVar("T")
 
 class Passive(NamedTuple):
     """What a coordinate meets in its joint, in SI; `zero` and `zero_speed` are those of spring and
-    damper.
+    damper, `low` and `high` where its stop begins.
     """
 
     stiffness: float = 0.0
@@ -46,6 +49,10 @@ class Passive(NamedTuple):
     viscous: float = 0.0
     coulomb: float = 0.0
     armature: float = 0.0
+    stop: float = 0.0
+    dissipation: float = 0.0
+    low: float = -math.inf
+    high: float = math.inf
 
 
 class Ball(NamedTuple):
@@ -92,9 +99,12 @@ def dynamics_of(
     points: Points,
     joints: Sequence[GraphJoint],
     coordinates: Sequence[Coordinate],
+    limited: Sequence[Limit],
 ) -> Dynamics:
     """The mechanism's. Raises InputError on what cannot be."""
     where = mechanism.where
+    ends = {limit.coordinate: limit.ends for limit in limited if limit.order == 0}
+    known = {k: ends[c.name] for k, c in enumerate(coordinates) if c.name in ends}
     masses: dict[int, Mass] = {}
     for body in mechanism.bodies:
         found = mass_of(body, parameters, f"{where}: bodies.{body.name}")
@@ -109,7 +119,7 @@ def dynamics_of(
         if joint.kind == "spherical":
             balls += _ball(joint, made, parameters, place)
         else:
-            passive |= _passive(joint, made, parameters, place)
+            passive |= _passive(joint, made, known, parameters, place)
             levers |= _levers(joint, made, parameters, f"{place}.friction")
         if joint.drive is not None:
             motors |= motors_of(joint.drive, made, coordinates, parameters, f"{place}.drive")
@@ -156,7 +166,11 @@ def _each(values: tuple[T, ...], made: GraphJoint, place: str) -> dict[int, T]:
 
 
 def _passive(
-    joint: Joint, made: GraphJoint, parameters: Parameters, place: str
+    joint: Joint,
+    made: GraphJoint,
+    ends: Mapping[int, tuple[float, float]],
+    parameters: Parameters,
+    place: str,
 ) -> dict[int, Passive]:
     turns = {k: not pair.slides for k, pair in zip(made.coordinates, made.pairs, strict=True)}
     found: dict[int, dict[str, float]] = {}
@@ -184,6 +198,15 @@ def _passive(
         note(k, "viscous", per(friction, "viscous", k, 1, at))
         effort = TORQUE if turns[k] else FORCE
         note(k, "coulomb", amount(friction.coulomb, parameters, effort, f"{at}.coulomb"))
+    at = f"{place}.stop"
+    for k, stop in _each(joint.stop, made, at).items():
+        note(k, "stop", per(stop, "stiffness", k, 0, at))
+        dimension = TIME.times(ANGLE if turns[k] else LENGTH, -1.0)
+        note(k, "dissipation", amount(stop.dissipation, parameters, dimension, f"{at}.dissipation"))
+        if k not in ends:
+            raise InputError(at, "one of a coordinate without limits", "limits of its position")
+        for key, end in zip(("low", "high"), ends[k], strict=True):
+            found.setdefault(k, {})[key] = end
     for k, armature in _each(joint.armature, made, f"{place}.armature").items():
         dimension = INERTIA if turns[k] else MASS
         note(k, "armature", amount(armature, parameters, dimension, f"{place}.armature"))
@@ -215,7 +238,7 @@ def _levers(joint: Joint, made: GraphJoint, parameters: Parameters, place: str) 
 
 def _ball(joint: Joint, made: GraphJoint, parameters: Parameters, place: str) -> list[Ball]:
     """Damping in a spherical joint, the same about every axis."""
-    for key in ("spring", "armature"):
+    for key in ("spring", "stop", "armature"):
         if getattr(joint, key):
             raise InputError(f"{place}.{key}", "one on a spherical joint", "none: it has no axis")
     total = 0.0

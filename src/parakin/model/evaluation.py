@@ -52,6 +52,8 @@ def graph_of(mechanism: Mechanism, bare: list[Bare] | None = None) -> Graph:
             raise InputError(f"{where}: joints.{name}", f"a frame {far:g} m away", expected)
     named = _Named(mechanism, parameters, joints, coordinates)
     named.check_lists()
+    angles = {c.name: c.angle for c in coordinates}
+    limited = limits_of(mechanism, parameters, angles, named.cones)
     return Graph(
         mechanism,
         values,
@@ -60,13 +62,13 @@ def graph_of(mechanism: Mechanism, bare: list[Bare] | None = None) -> Graph:
         tuple(joints),
         tuple(coordinates),
         named.cones,
-        limits_of(mechanism, parameters, {c.name: c.angle for c in coordinates}, named.cones),
+        limited,
         named.positions("home"),
         named.positions("stated"),
         named.positions("guess"),
         frozenset(named.numbers[name] for name in mechanism.from_home),
         max(reach.values(), default=0.0) or 1.0,
-        dynamics_of(mechanism, parameters, bodies, points, joints, coordinates),
+        dynamics_of(mechanism, parameters, bodies, points, joints, coordinates, limited),
     )
 
 

@@ -17,7 +17,7 @@ from pydantic import BeforeValidator
 from parakin import notebook
 from parakin.errors import InputError, nearest, printable
 from parakin.model.bodies import Body, Frame
-from parakin.model.drives import Damper, Drive, Friction, Spring
+from parakin.model.drives import Damper, Drive, Friction, Spring, Stop
 from parakin.model.expressions import Value
 from parakin.model.fields import (
     Actuated,
@@ -64,9 +64,9 @@ class Joint(Table):
     `length` [m] between the two frames' origins, with spherical ends, has no coordinates.
 
     actuated: whether a motor moves the joint, or which of its coordinates: (2,) is the second.
-    friction, spring, damper, armature (inertia that moves with a coordinate, of a rotor behind its
-    gear, say [kg or kg m²]): one for each coordinate, or one for all if these are alike. drive:
-    what moves each actuated coordinate. Raises InputError.
+    friction, spring, damper, stop (at limits), armature (inertia that moves with a coordinate, of a
+    rotor behind its gear, say [kg or kg m²]): one for each coordinate, or one for all if these are
+    alike. drive: what moves each actuated coordinate. Raises InputError.
     """
 
     set_by_reader = frozenset({"name"})
@@ -83,6 +83,7 @@ class Joint(Table):
     friction: OneOrMore[Friction] = ()
     spring: OneOrMore[Spring] = ()
     damper: OneOrMore[Damper] = ()
+    stop: OneOrMore[Stop] = ()
     armature: OneOrMore[Quantity] = ()
     drive: Drive | None = None
 

@@ -71,6 +71,8 @@ _NAMES = {
     DENSITY: "a density",
     Dimension(time=-2, mass=1): "a stiffness, such as N/m",
     Dimension(time=-1, mass=1): "a damping, such as N s/m",
+    Dimension(length=-1, time=1): "a dissipation, such as s/m",
+    Dimension(time=1, angle=-1): "a dissipation, such as s/rad",
 }
 
 

@@ -353,11 +353,11 @@ class Mechanics:
 
 
 def wound(plan: Plan) -> tuple[int, ...]:
-    """Angles with springs that are not driven: these tell one full turn from the next."""
+    """Angles with springs or stops that are not driven: these tell one full turn from the next."""
     graph = plan.graph
     passive = graph.dynamics.passive
-    springs = [k for k, each in passive.items() if each.stiffness and k not in plan.driven]
-    return tuple(k for k in springs if graph.coordinates[k].angle)
+    held = [k for k, each in passive.items() if (each.stiffness or each.stop)]
+    return tuple(k for k in held if graph.coordinates[k].angle and k not in plan.driven)
 
 
 def is_finite(value: object) -> bool:
