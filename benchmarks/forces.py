@@ -6,7 +6,7 @@ import numpy as np
 
 import parakin
 from benchmarks.timing import best
-from parakin.solving.simulation import Forward
+from parakin.solving.forward import Forward
 from parakin.solving.solver import Solver
 
 BATCH = 4_096

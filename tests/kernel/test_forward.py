@@ -68,6 +68,8 @@ def test_the_forces_behind_a_motion_make_it(name: str, machine_code: bool) -> No
     assert out[m + k] == pytest.approx(power, rel=1e-9)
     told = out[m + k + 1 + len(solver.plan.blocks) :]
     a = len(rows.actuated)
+    assert told[:a] == pytest.approx(behind.forces.effort, abs=0.0)
+    told = told[a:]
     assert told[:a] * behind.forces.effort == pytest.approx(behind.forces.power)
     assert told[a] == pytest.approx(behind.forces.kinetic)
     assert told[a + 1] == pytest.approx(behind.forces.potential)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk
 
 import parakin
@@ -343,17 +344,46 @@ def test_a_lean_solver_is_refused(tmp_path: Path) -> None:
             solver(BLOCK, tmp_path, **lean).simulate(1.0)
 
 
-def test_a_simulation_ends_where_it_meets_a_singularity() -> None:
-    """A slider-crank that is driven by its slider cannot pass its dead centre."""
-    cranked = parakin.load("slider-crank")
+def heavy(name: str, **changes: Any) -> parakin.Mechanism:
+    """Of this name, each body with a mass."""
+    mechanism = parakin.load(name)
+    told = {"mass": 1.0, "inertia": (0.01,) * 3}
     bodies = tuple(
-        b if b.name == cranked.base else b.model_copy(update={"mass": 1.0, "inertia": (0.01,) * 3})
-        for b in cranked.bodies
+        body if body.name == mechanism.base else body.model_copy(update=told)
+        for body in mechanism.bodies
     )
-    heavy = cranked.model_copy(update={"bodies": bodies, "gravity": 0})
+    return mechanism.model_copy(update={"bodies": bodies, "gravity": 0, **changes})
+
+
+def test_others_take_over_where_the_driven_coordinates_die() -> None:
+    """A slider-crank driven by its slider passes its dead centres, as driven by its crank."""
+    cranked = heavy("slider-crank")
     slide = next(j.name for j in cranked.joints if j.kind == "prismatic")
-    by_slide = parakin.compile(heavy, [slide])
-    ds = by_slide.simulate(1.0, velocity={slide: 0.5}, rate=1000)
+    (crank,) = cranked.driven
+    by_slide = parakin.compile(cranked, [slide], coordinates="all")
+    ds = by_slide.simulate(1.5, velocity={slide: 0.5}, rate=1000, rtol=1e-11)
+    assert (ds["status"] == 0).all()
+    place = ds["position"].sel(coordinate=slide).values
+    stroke = math.sqrt(0.16**2 - 0.02**2) - math.sqrt(0.08**2 - 0.02**2)
+    assert np.ptp(place) == pytest.approx(stroke, rel=1e-4)
+    first = float(ds["velocity"].sel(coordinate=crank)[0])
+    by_crank = parakin.compile(cranked, coordinates="all")
+    same = by_crank.simulate(1.5, velocity={crank: first}, rate=1000, rtol=1e-11)
+    for order in ("position", "velocity", "acceleration"):
+        for name in by_crank.coordinates:
+            one, other = (each[order].sel(coordinate=name).values for each in (ds, same))
+            assert one == pytest.approx(other, rel=1e-6, abs=1e-7 * abs(other).max())
+    assert float(abs(ds["energy_drift"]).max()) < 1e-7
+    assert ds.attrs["motion"] == "simulation"
+
+
+def test_a_simulation_ends_where_nothing_can_take_over() -> None:
+    """A parallelogram stretched out: it can go on as one, or crossed."""
+    equal = {"a": "40 mm", "b": "100 mm", "c": "40 mm", "d": "100 mm"}
+    guess = {"B": "-40 deg", "D": "40 deg"}
+    flat = parakin.compile(heavy("four-bar", parameters=equal, guess=guess))
+    (crank,) = flat.driven
+    ds = flat.simulate(2.0, velocity={crank: 2.0}, rate=1000)
     status = ds["status"].values
     ended = int(np.flatnonzero(status)[0])
     assert status[ended] in (Status.SINGULAR, Status.BRANCH_CHANGE, Status.OUT_OF_REACH)
@@ -361,4 +391,159 @@ def test_a_simulation_ends_where_it_meets_a_singularity() -> None:
     for values in (ds["position"], ds["effort"], ds["kinetic_energy"], ds["energy_drift"]):
         assert np.isnan(values.values[ended:]).all()
         assert np.isfinite(values.values[: ended - 5]).all()
-    assert ds.sizes["time"] == 1001
+    assert ds.sizes["time"] == 2001
+
+
+SERVO = {"stiffness": "400 N/m", "damping": "16 N s/m"}
+
+
+def block_at(t: Any, omega: float, decay: float) -> Any:
+    """From rest at one to rest at zero."""
+    damped = math.sqrt(omega**2 - decay**2)
+    return np.exp(-decay * t) * (np.cos(damped * t) + decay / damped * np.sin(damped * t))
+
+
+@pytest.mark.parametrize("machine_code", [False, None])
+def test_a_servo_holds_a_block(tmp_path: Path, machine_code: bool | None) -> None:
+    """4 kg x'' = 400 (0.3 - x) - 16 x': at 10 rad/s, a fifth of critical damping."""
+    block = solver(BLOCK, tmp_path, machine_code=machine_code)
+    ds = block.simulate(2.0, {"X": {**SERVO, "target": "0.3 m"}}, rate=50, rtol=1e-11)
+    t = ds["time"].values
+    expected = 0.3 - 0.3 * block_at(t, 10.0, 2.0)
+    x, v = ds["position"].values[:, 0], ds["velocity"].values[:, 0]
+    assert x == pytest.approx(expected, abs=1e-9)
+    assert ds["effort"].values[:, 0] == pytest.approx(400 * (0.3 - x) - 16 * v, abs=1e-9)
+    assert float(abs(ds["energy_drift"]).max()) < 1e-9
+    home = block.simulate(2.0, {"X": SERVO}, start={"X": 0.1}, rate=50, rtol=1e-11)
+    assert home["position"].values[:, 0] == pytest.approx(0.1 * block_at(t, 10.0, 2.0), abs=1e-9)
+
+
+def test_a_servo_follows_a_law_and_a_table(tmp_path: Path) -> None:
+    """Its target's rate counts: with the force that the mass needs it follows without a lag."""
+    law = {"law": "sine", "amplitude": "0.1 m", "frequency": "1 Hz"}
+    w = 2 * math.pi
+    force = {"law": "sine", "amplitude": f"{-4 * 0.1 * w**2!r} N", "frequency": "1 Hz"}
+    block = solver(BLOCK, tmp_path)
+    times = np.linspace(0.0, 1.0, 2001)
+    table = "".join(f"{t!r},{0.1 * math.sin(w * t)!r}\n" for t in times.tolist())
+    (tmp_path / "legs.csv").write_text(f"time,X\n{table}")
+    for target, within in ((law, 1e-10), (str(tmp_path / "legs.csv"), 1e-7)):
+        efforts = {"X": {**SERVO, "target": target, "effort": force}}
+        ds = block.simulate(1.0, efforts, velocity={"X": 0.1 * w}, rate=100, rtol=1e-11)
+        expected = 0.1 * np.sin(w * ds["time"].values)
+        assert ds["position"].values[:, 0] == pytest.approx(expected, abs=within)
+    written = '[efforts]\nX = { stiffness = "400 N/m", damping = 16, target = "legs.csv" }\n'
+    (tmp_path / "servo.toml").write_text(written)
+    ds = block.simulate(1.0, tmp_path / "servo.toml", rate=100)
+    assert (ds["status"] == 0).all()
+    with pytest.raises(InputError, match=r"targets from 0 s to 1 s"):
+        block.simulate(1.1, tmp_path / "servo.toml")
+
+
+def test_a_servo_gives_no_more_than_it_has(tmp_path: Path) -> None:
+    """20 N at most push 4 kg by 5 m/s^2 while it is far off."""
+    block = solver(BLOCK, tmp_path)
+    servo = {"stiffness": 1e4, "damping": 400, "target": 1.0, "most": "20 N"}
+    for sign in (1.0, -1.0):
+        ds = block.simulate(0.4, {"X": {**servo, "target": sign}}, rate=50)
+        t = ds["time"].values
+        assert ds["position"].values[:, 0] == pytest.approx(sign * 2.5 * t**2, abs=1e-8)
+        assert ds["effort"].values[:, 0] == pytest.approx(sign * 20.0, abs=0.0)
+    bound = block.simulate(0.1, {"X": {"effort": 50.0, "most": 20.0}}, rate=50)
+    assert bound["effort"].values[:, 0] == pytest.approx(20.0, abs=0.0)
+
+
+def test_servos_hold_the_legs_of_a_hexapod() -> None:
+    """As a function of the state says it, but in machine code."""
+    hexapod = parakin.compile("gough-stewart")
+    held = hexapod.at([hexapod.home[n] for n in hexapod.driven], forces=True).forces
+    assert held is not None
+    legs = dict(zip(held.actuators, held.effort.tolist(), strict=True))
+    target = {name: hexapod.home[name] + 0.01 * k for k, name in enumerate(legs)}
+    by_data = {
+        name: {"stiffness": 2e5, "damping": 5e3, "effort": legs[name], "target": target[name]}
+        for name in legs
+    }
+
+    def by_function(state: State) -> dict[str, float]:
+        return {
+            n: legs[n] + 2e5 * (target[n] - state.position[n]) - 5e3 * state.velocity[n]
+            for n in legs
+        }
+
+    one, other = (hexapod.simulate(0.1, how, rate=100) for how in (by_data, by_function))
+    assert one["position"].values == pytest.approx(other["position"].values, abs=1e-9)
+    assert one["effort"].values == pytest.approx(other["effort"].values, rel=1e-6, abs=1e-4)
+
+
+REFUSED_SERVOS: list[tuple[dict[str, Any], str]] = [
+    ({"stiffnes": 3}, "efforts of X: found 'stiffnes'; expected .*stiffness"),
+    ({"stiffness": -3}, "efforts of X.stiffness: found -3; expected zero or more"),
+    ({"stiffness": "3 N"}, "efforts of X.stiffness: found '3 N'"),
+    ({"stiffness": 3, "target": "2 N"}, "efforts of X.target: found '2 N'"),
+    ({"stiffness": 3, "target": {"law": "hop"}}, "efforts of X.target"),
+    ({"stiffness": 3, "target": "nowhere.csv"}, "nowhere.csv"),
+    ({"stiffness": math.nan}, "efforts of X.stiffness"),
+    ({}, "efforts of X"),
+]
+
+
+@pytest.mark.parametrize(("table", "message"), REFUSED_SERVOS)
+def test_servos_that_are_refused(tmp_path: Path, table: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        solver(BLOCK, tmp_path, machine_code=False).simulate(1.0, {"X": table})
+
+
+def test_a_block_bounces_off_its_stop(tmp_path: Path) -> None:
+    """x'' = -k/m x (1 + c x') has c v - ln(1 + c v) + k/m (c x)²/2 as a constant."""
+    text = f'{BLOCK}stop = {{ stiffness = "4 MN/m", dissipation = "0.4 s/m" }}\n'
+    block = solver(f"{text}[limits]\nX = [-1, 0.5]\n", tmp_path)
+    ds = block.simulate(1.0, velocity={"X": 1.0}, rate=2000, rtol=1e-10)
+    x, v = ds["position"].values[:, 0], ds["velocity"].values[:, 0]
+
+    def constant(speed: float) -> float:
+        return 0.4 * speed - math.log1p(0.4 * speed)
+
+    back = brentq(lambda speed: constant(speed) - constant(1.0), -1.0, -0.1)
+    assert v[-1] == pytest.approx(back, abs=1e-8)
+    assert ds["power_lost"].values.max() > 0.0
+    deepest = math.sqrt(2 * constant(1.0) / 0.4**2 / 1e6)
+    assert x.max() == pytest.approx(0.5 + deepest, abs=0.1 * deepest)
+    assert float(abs(ds["energy_drift"]).max()) < 1e-8
+    beyond = ds["status"].values == Status.LIMIT_EXCEEDED
+    assert (x[beyond] > 0.5).all()
+    assert (x[~beyond] < 0.5 + 1e-9).all()
+    ended = block.simulate(1.0, velocity={"X": 1.0}, rate=2000, end_at_limits=True)
+    (first,) = np.flatnonzero(ended["status"].values == Status.LIMIT_EXCEEDED)
+    assert float(ended["first_at"][first]) == pytest.approx(0.5, abs=1e-6)
+    assert (ended["status"].values[first + 1 :] == Status.NOT_REACHED).all()
+    assert np.isnan(ended["position"].values[first + 1 :]).all()
+    assert np.isfinite(ended["position"].values[: first + 1]).all()
+
+
+def test_loops_are_closed_again_when_asked() -> None:
+    """With a rough tolerance they drift; projected they do so less."""
+    bars = parakin.compile(heavy("four-bar"))
+    (crank,) = bars.driven
+    drifting, closed = (
+        bars.simulate(10.0, velocity={crank: 6.0}, rate=50, rtol=1e-6, project=every)
+        for every in (math.inf, 0.25)
+    )
+    last = [float(each["closure_drift"][-1]) for each in (drifting, closed)]
+    assert last[1] < 0.01 * last[0]
+    with pytest.raises(InputError, match="project: found 0"):
+        bars.simulate(1.0, project=0.0)
+
+
+def test_a_short_pulse_is_not_stepped_over(tmp_path: Path) -> None:
+    """Free motion takes long steps: 40 N over 3 ms after a second of rest give 4 kg 30 mm/s."""
+    pulse = "0,0\n1,0\n1.001,40\n1.003,40\n1.004,0\n2,0\n"
+    (tmp_path / "pulse.csv").write_text(f"time,X\n{pulse}")
+    ds = solver(BLOCK, tmp_path).simulate(2.0, tmp_path / "pulse.csv", rate=1000)
+    assert float(ds["velocity"][-1, 0]) == pytest.approx(0.03, rel=1e-6)
+    blown = f'{BLOCK}[forces.w]\nkind = "wrench"\nat = "block"\ncsv = "w.csv"\n'
+    rows = [[float(cell) for cell in line.split(",")] for line in pulse.split()]
+    wrench = "".join(f"{t},{f},0,0,0,0,0\n" for t, f in rows)
+    (tmp_path / "w.csv").write_text(f"time,fx,fy,fz,mx,my,mz\n{wrench}")
+    ds = solver(blown, tmp_path).simulate(2.0, rate=1000)
+    assert float(ds["velocity"][-1, 0]) == pytest.approx(0.03, rel=1e-6)

@@ -19,7 +19,7 @@ from parakin.arrays import ComplexArray, FloatArray
 from parakin.caching import cached_property
 from parakin.errors import InputError
 from parakin.kernel.forward import accelerations
-from parakin.solving.simulation import Forward
+from parakin.solving.forward import Forward
 from parakin.solving.solver import Solver
 from parakin.solving.status import SOLVED
 from parakin.solving.tick import Tick
@@ -100,7 +100,7 @@ def linearise(
     at = solver.configuration(position, tick)
     forward.check_masses(at, taken)
     held = _held(solver, actuators, position, tick, efforts, loads)
-    pose = _Pose(forward, forward.state(at, np.zeros(len(position)), {}, 0.0), held, taken)
+    pose = _Pose(forward, forward.state(at, np.zeros(len(position))), held, taken)
     mass = forward.mass_matrix(at, taken)
     rest = mass @ pose.accelerations(pose.state)
     _refuse_unbalanced(solver, rest, pose)

@@ -32,22 +32,24 @@ class ForwardRows:
     """What a kernel of forward dynamics takes and returns, a scalar each.
 
     It takes the positions of the plan's driven coordinates, its unknowns, and `wound`: angles of
-    joints that are cut, which have springs and are to count full turns; then the driven
-    coordinates' rates, the work done [J], efforts of `actuated`, and what loads take
-    (`Dynamics.inputs`). It returns the rates of what it takes as positions without the driven; the
-    driven coordinates' accelerations; the power of efforts and applied wrenches less what friction
-    and dampers take; and for each block how well its rows determine its unknowns, as of
-    `algebra.linear.solve`, to be compared with what that is elsewhere.
+    joints that are cut, which have springs, stops or servos and are to count full turns; then the
+    driven coordinates' rates, the work done [J], efforts of `actuated`, with `servos` the stiffness
+    and damping by which each falls with its coordinate's position and rate, and what it is at most;
+    and what loads take (`Dynamics.inputs`). It returns the rates of what it takes as positions
+    without the driven; the driven coordinates' accelerations; the power of efforts and applied
+    wrenches less what friction and dampers take; and for each block how well its rows determine its
+    unknowns, as of `algebra.linear.solve`, to be compared with what that is elsewhere.
 
     rest: the speed [m/s or rad/s] below which Coulomb friction goes over from one direction to the
-    other. told: it also returns the rates of the actuated coordinates; kinetic and potential energy
-    [J], power lost and power applied [W]; and how far the loops are open [m].
+    other. told: it also returns the efforts and the rates of the actuated coordinates; kinetic and
+    potential energy [J], power lost and power applied [W]; and how far the loops are open [m].
     """
 
     plan: Plan
     actuated: tuple[int, ...]
     wound: tuple[int, ...]
     rest: float
+    servos: bool = False
     told: bool = False
 
     @property
@@ -59,13 +61,18 @@ class ForwardRows:
     @property
     def count(self) -> int:
         """How many rows are returned."""
-        told = (len(self.actuated) + 5) * self.told
+        told = (2 * len(self.actuated) + 5) * self.told
         return self.state - len(self.plan.driven) + len(self.plan.blocks) + told
 
     @property
     def inputs(self) -> int:
         """How many scalars are taken."""
-        return self.state + len(self.actuated) + self.plan.graph.dynamics.inputs
+        return self.state + self.efforts + self.plan.graph.dynamics.inputs
+
+    @property
+    def efforts(self) -> int:
+        """How many scalars tell efforts."""
+        return len(self.actuated) * (4 if self.servos else 1)
 
 
 class Taken(NamedTuple):
@@ -75,14 +82,14 @@ class Taken(NamedTuple):
     unknowns: Sequence[Scalar]
     wound: Mapping[int, Scalar]
     rates: Sequence[Scalar]
-    efforts: Mapping[int, Scalar]
+    efforts: Sequence[Scalar]
     loads: Sequence[Scalar]
 
     @classmethod
     def of(cls, rows: ForwardRows, inputs: Sequence[Scalar]) -> Taken:
         """The inputs, sorted."""
         sizes = [len(rows.plan.driven), len(rows.plan.unknowns), len(rows.wound)]
-        sizes += [len(rows.plan.driven), 1, len(rows.actuated)]
+        sizes += [len(rows.plan.driven), 1, rows.efforts]
         parts, rest = [], list(inputs)
         for size in sizes:
             parts.append(rest[:size])
@@ -93,7 +100,7 @@ class Taken(NamedTuple):
             unknowns,
             dict(zip(rows.wound, wound, strict=True)),
             rates,
-            dict(zip(rows.actuated, efforts, strict=True)),
+            efforts,
             rest,
         )
 
@@ -106,7 +113,8 @@ def accelerations(
     moved = motion_at(plan, taken.driven, taken.unknowns, taken.rates, functions)
     statics = Statics(plan, moved.circuits, moved.systems, functions)
     resisting = _resisting(rows, taken, moved, functions)
-    lacking = _lacking(rows, taken, moved, statics, resisting)
+    efforts, moving = _efforts(rows, taken, moved, functions)
+    lacking = _lacking(rows, taken, moved, statics, efforts, resisting)
     units = unit_motions(plan, moved, functions)
     matrix = mass_matrix(plan, moved, units, taken.loads)
     solved = solve(matrix, [[mul(-1.0, force) for force in lacking]], functions)
@@ -114,12 +122,31 @@ def accelerations(
     found += [coordinate(plan, moved, k, 1)[1] for k in rows.wound]
     figures = [solve(system.jacobian, [], functions).conditioning for system in moved.systems]
     told = energies(plan, moved, taken.loads, resisting)
-    rates = [coordinate(plan, moved, k, 1)[1] for k in rows.actuated]
-    power = add(inner(list(taken.efforts.values()), rates), sub(told.applied, told.lost))
+    given, rates = list(efforts.values()), list(moving.values())
+    power = add(inner(given, rates), sub(told.applied, told.lost))
     found += [*solved.solutions[0], power, *figures]
     if rows.told:
-        found += [*rates, *told, open_by(plan, moved.circuits, functions)]
+        found += [*given, *rates, *told, open_by(plan, moved.circuits, functions)]
     return found
+
+
+def _efforts(
+    rows: ForwardRows, taken: Taken, moved: Moved, functions: Functions
+) -> tuple[dict[int, Scalar], dict[int, Scalar]]:
+    """Efforts, and rates, by actuated coordinate."""
+    columns = [taken.efforts[k :: len(rows.actuated)] for k in range(len(rows.actuated))]
+    efforts: dict[int, Scalar] = {}
+    rates: dict[int, Scalar] = {}
+    for k, (effort, *servo) in zip(rows.actuated, columns, strict=True):
+        value, rates[k] = coordinate(rows.plan, moved, k, 1)
+        efforts[k] = effort
+        if servo:
+            stiffness, damping, most = servo
+            pull = mul(stiffness, taken.wound.get(k, value))
+            asked = sub(effort, add(pull, mul(damping, rates[k])))
+            bounded = functions.minimum(asked, most)
+            efforts[k] = mul(-1.0, functions.minimum(mul(-1.0, bounded), most))
+    return efforts, rates
 
 
 def _resisting(
@@ -140,12 +167,13 @@ def _lacking(
     taken: Taken,
     moved: Moved,
     statics: Statics,
+    efforts: Mapping[int, Scalar],
     resisting: Mapping[int, Resistance],
 ) -> list[Scalar]:
     """What the driven coordinates need beyond their efforts where they are not accelerated."""
     dynamics = rows.plan.graph.dynamics
     wrenches = wrenches_needed(moved.circuits, dynamics, taken.loads, statics.functions)
-    needs = statics.after_efforts(Needs(wrenches, {}), taken.efforts)
+    needs = statics.after_efforts(Needs(wrenches, {}), efforts)
     for k, found in resisting.items():
         needs = needs.less(statics.unit_effort(k), mul(-1.0, found.effort))
     return statics.for_driven(statics.answer(needs).left)

@@ -1,4 +1,4 @@
-"""What acts in a simulation: efforts of actuators over time, or by what a function says."""
+"""What acts in a simulation: efforts of actuators over time, of servos, or what a function says."""
 
 from __future__ import annotations
 
@@ -15,12 +15,16 @@ from parakin.files.motion_toml import law_from_table
 from parakin.files.parsing import parse_toml, read_text
 from parakin.model.expressions import Parameters
 from parakin.model.graph import Graph
-from parakin.model.units import FORCE, TORQUE
+from parakin.model.masses import amount
+from parakin.model.motors import effort_per
+from parakin.model.units import ANGLE, FORCE, LENGTH, TORQUE, Dimension
 from parakin.solving.forces import is_finite
+from parakin.solving.servos import Servo, is_servo, target_of
 
 Efforts: TypeAlias = (
     "Mapping[str, Any] | str | Path | Callable[[State], Mapping[str, float]] | None"
 )
+_A_SAMPLE = 4  # spacings of recorded efforts at most in a step of integration
 
 
 class State(NamedTuple):
@@ -34,63 +38,124 @@ class State(NamedTuple):
 
 
 class Applied(NamedTuple):
-    """Efforts of the actuated coordinates, (m,), at a time [s] and a state (None unless asked)."""
+    """What tells efforts of m actuated coordinates at a time [s] and a state (None unless asked):
+    efforts (m,) or, with `servos`, efforts, stiffness, damping and bounds (4 m,), as of
+    `ForwardRows`. step: how long it may go unseen [s]; infinite if it is constant.
+    """
 
     of: Callable[[float, State | None], FloatArray]
-    asks: bool
+    asks: bool = False
+    servos: bool = False
+    step: float = np.inf
 
 
-def applied(graph: Graph, actuated: Sequence[int], given: Efforts) -> Applied:
-    """What `Solver.simulate` takes as `efforts`. Raises InputError."""
+def applied(
+    graph: Graph,
+    actuated: Sequence[int],
+    given: Efforts,
+    home: Mapping[str, float],
+    sample: float,
+) -> Applied:
+    """What `Solver.simulate` takes as `efforts`. home: positions by name, where servos hold unless
+    they are told otherwise. sample: the time between samples [s]. Raises InputError.
+    """
     names = [graph.coordinates[k].name for k in actuated]
     units = {graph.coordinates[k].name: _unit(graph, k) for k in actuated}
     if given is None:
-        return Applied(lambda _t, _s: np.zeros(len(names)), asks=False)
+        return Applied(lambda _t, _s: np.zeros(len(names)))
     if isinstance(given, (str, Path)) and Path(given).suffix.lower() == ".toml":
-        tables = parse_toml(read_text(Path(given)), str(given))
+        path = Path(given)
+        tables = parse_toml(read_text(path), str(given))
         if set(tables) != {"efforts"} or not isinstance(tables["efforts"], Mapping):
             raise InputError(str(given), f"keys {', '.join(tables) or 'none'}", "a table `efforts`")
-        return Applied(_by_laws(graph, units, tables["efforts"], f"{given}: efforts."), asks=False)
+        read = _Tables(graph, units, home, sample, f"{given}: efforts.", path.parent)
+        return read.applied(tables["efforts"])
     if isinstance(given, (str, Path)):
         time, values = read_histories(Path(given), units)
-        return Applied(_from_samples(str(given), time, values), asks=False)
+        step = min(sample, _A_SAMPLE * float(np.diff(time).min()))
+        return Applied(_from_samples(str(given), time, values), step=step)
     if callable(given):
-        return Applied(_by_function(names, given), asks=True)
+        return Applied(_by_function(names, given), asks=True, step=sample)
     if not isinstance(given, Mapping):
         expected = "a table by actuated coordinate, a CSV or TOML file, or a function of a State"
         raise InputError("efforts", type(given).__name__, expected)
-    return Applied(_by_laws(graph, units, given, "efforts of "), asks=False)
+    return _Tables(graph, units, home, sample, "efforts of ", Path()).applied(given)
 
 
-def _unit(graph: Graph, k: int) -> Any:
+def _unit(graph: Graph, k: int) -> Dimension:
     return TORQUE if graph.coordinates[k].angle else FORCE
 
 
-def _by_laws(
-    graph: Graph, units: Mapping[str, Any], given: Mapping[str, Any], places: str
-) -> Callable[[float, State | None], FloatArray]:
-    mechanism = graph.mechanism
-    parameters = Parameters(mechanism.parameters, mechanism.where)
-    for name in given:
-        if name not in units:
-            where = places.removesuffix(".").removesuffix(" of ")
-            raise InputError(where, f"{name!r}, not actuated", nearest(str(name), units))
-    constants = np.zeros(len(units))
-    laws = {}
-    for row, (name, unit) in enumerate(units.items()):
-        value, place = given.get(name, 0.0), f"{places}{name}"
+class _Tables(NamedTuple):
+    """Reads efforts by name. places: what a message puts before the name; folder: of files."""
+
+    graph: Graph
+    units: Mapping[str, Dimension]
+    home: Mapping[str, float]
+    sample: float
+    places: str
+    folder: Path
+
+    @property
+    def parameters(self) -> Parameters:
+        mechanism = self.graph.mechanism
+        return Parameters(mechanism.parameters, mechanism.where)
+
+    def applied(self, given: Mapping[str, Any]) -> Applied:
+        for name in given:
+            if name not in self.units:
+                where = self.places.removesuffix(".").removesuffix(" of ")
+                raise InputError(where, f"{name!r}, not actuated", nearest(str(name), self.units))
+        rows = [
+            self._servo(name, given[name])
+            if is_servo(given.get(name))
+            else Servo(self._over_time(given.get(name, 0.0), self.units[name], name))
+            for name in self.units
+        ]
+        servos = any(row.acts for row in rows)
+        changing = [law for row in rows for law in row.laws if callable(law)]
+        fixed = np.array([row.gains for row in rows]).T.ravel()
+
+        def efforts(time: float, _: State | None) -> FloatArray:
+            asked = np.array([row.at(time) for row in rows])
+            return np.concatenate([asked, fixed]) if servos else asked
+
+        if changing:
+            return Applied(efforts, servos=servos, step=self.sample)
+        known = efforts(0.0, None)
+        return Applied(lambda _t, _s: known, servos=servos)
+
+    def _over_time(self, value: Any, unit: Dimension, name: str) -> Any:
+        """A number, or a law of time."""
+        place = f"{self.places}{name}"
         if isinstance(value, Mapping):
-            laws[row] = law_from_table(value, parameters, unit, place)
+            return law_from_table(value, self.parameters, unit, place)
+        return self.parameters.evaluate(value, unit, place)
+
+    def _servo(self, name: str, table: Mapping[str, Any]) -> Servo:
+        known = ("stiffness", "damping", "target", "effort", "most")
+        for key in table:
+            if key not in known:
+                raise InputError(f"{self.places}{name}", f"{key!r}", nearest(str(key), known))
+        angle = self.units[name] == TORQUE
+
+        def gain(key: str, dimension: Dimension, without: float) -> float:
+            if key not in table:
+                return without
+            return amount(table[key], self.parameters, dimension, f"{self.places}{name}.{key}")
+
+        target = table.get("target", self.home.get(name))
+        if isinstance(target, str) and Path(target).suffix.lower() == ".csv":
+            law = target_of(self.folder / target, name, ANGLE if angle else LENGTH)
         else:
-            constants[row] = parameters.evaluate(value, unit, place)
-
-    def efforts(time: float, _: State | None) -> FloatArray:
-        found = constants.copy()
-        for row, law in laws.items():
-            found[row] = law(np.array([time]))[0][0]
-        return found
-
-    return efforts
+            law = self._over_time(target, ANGLE if angle else LENGTH, f"{name}.target")
+        return Servo(
+            self._over_time(table.get("effort", 0.0), self.units[name], f"{name}.effort"),
+            law,
+            gain("stiffness", effort_per(angle, 0), 0.0),
+            gain("damping", effort_per(angle, 1), 0.0),
+            gain("most", self.units[name], np.inf),
+        )
 
 
 def _from_samples(

@@ -60,7 +60,7 @@ class Chart:
     relative_regularity: float = 1.0
     _figures: dict[tuple[object, ...], Figures] = field(default_factory=dict)
     _force_kernels: dict[tuple[Asked, float], tuple[Kernel, int]] = field(default_factory=dict)
-    _forward_kernels: dict[tuple[float, bool], Kernel] = field(default_factory=dict)
+    _forward_kernels: dict[tuple[object, ...], Kernel] = field(default_factory=dict)
 
     @cached_property
     def layout(self) -> Layout:
@@ -161,7 +161,7 @@ class Chart:
 
     def forward_kernel(self, rows: ForwardRows) -> Kernel:
         """Of forward dynamics; rows: of this plan."""
-        key = (rows.rest, rows.told)
+        key = (rows.actuated, rows.wound, rows.rest, rows.servos, rows.told)
         if key not in self._forward_kernels:  # kept, since a kernel takes a while to compile
             made = make_forward_kernel(rows, machine_code=self.machine_code)
             self._forward_kernels[key] = made

@@ -14,6 +14,7 @@ from parakin.algebra.angles import nearest_angle
 from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.caching import cached_property
 from parakin.errors import InputError
+from parakin.kernel.outputs import Outputs
 from parakin.solving.status import TURNS, Layout, Status
 from parakin.solving.tick import Tick
 
@@ -28,6 +29,13 @@ class Start(NamedTuple):
     position: FloatArray
     iterated: FloatArray
     turned: FloatArray | None = None
+
+
+def refuse_lean(outputs: Outputs) -> None:
+    """Raises InputError on a solver that cannot follow motions."""
+    if outputs.derivatives < 2 or not outputs.checks:
+        found = "one compiled without accelerations or checks"
+        raise InputError("solver", found, "one with derivatives=2 and checks=True; or use `at`")
 
 
 def stacked(

@@ -8,11 +8,13 @@ import threading
 from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 from weakref import WeakValueDictionary
 
 import numpy as np
 
+from parakin.arrays import FloatArray
 from parakin.errors import InputError, nearest
 from parakin.kernel.backends import has_machine_code
 from parakin.kernel.outputs import Outputs
@@ -92,7 +94,14 @@ def _made(graph: Graph, recipe: Recipe, sent: bytes) -> Solver:
     chosen = _chosen(plan.graph.plain, recipe.coordinates)
     outputs = _outputs(plan, chosen, recipe.derivatives, checks=checks)
     code = has_machine_code() if recipe.machine_code is None else recipe.machine_code
-    solver = Solver(plan, outputs, len(chosen), machine_code=code, again=(arrived, (sent,)))
+    solver = Solver(
+        plan,
+        outputs,
+        len(chosen),
+        machine_code=code,
+        again=(arrived, (sent,)),
+        elsewhere=partial(driven_by, recipe),
+    )
     _kept.alive[sent] = solver
     return solver
 
@@ -109,6 +118,12 @@ def arrived(sent: bytes) -> Solver:
         if len(_kept.last) > _KEPT:
             _kept.last.popitem(last=False)
         return solver
+
+
+def driven_by(recipe: Recipe, driven: tuple[str, ...], q: FloatArray) -> Solver:
+    """A solver that others drive, at home at coordinates q (N,), closed. Raises DrivenError."""
+    other = recipe._replace(driven=driven, home=tuple(q.tolist()))
+    return arrived(pickle.dumps(other, protocol=5))
 
 
 def branch_tree(graph: Graph, driven: Sequence[int]) -> Tree:

@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from parakin.arrays import ORDERS, FloatArray
-from parakin.errors import InputError, nearest
-from parakin.kinematics.configuration import Configuration
+from parakin.arrays import ORDERS, BoolArray, FloatArray
+from parakin.errors import InputError, ParakinError, nearest
+from parakin.kinematics.configuration import Configuration, configure
 from parakin.model.graph import Graph
 from parakin.motion.checks import SLACK, refuse_unless_positive
+from parakin.solving.applied import Efforts, applied
+from parakin.solving.charts import Chart
+from parakin.solving.continuity import missing_turns
 from parakin.solving.force_variables import force_variables
 from parakin.solving.forces import Asked, Forces, is_finite
+from parakin.solving.forward import actuated_of, names_of
+from parakin.solving.inputs import refuse_lean
 from parakin.solving.motors import at_motors
-from parakin.solving.simulation import Simulation, Told
+from parakin.solving.simulation import Left, Simulated, Simulation
 from parakin.solving.status import SOLVED, Status
 from parakin.solving.tick import Tick
 from parakin.solving.windows import Windows
@@ -26,6 +33,38 @@ if TYPE_CHECKING:
 
 _MOST = 10**7  # samples: all are kept at once
 _APART = 1e-4  # rad, or characteristic lengths: what was integrated and solved is another pose
+
+
+class Part(NamedTuple):
+    """Of a simulation: what solves it."""
+
+    chart: Chart
+    windows: Windows
+
+
+class Options(NamedTuple):
+    """What `Solver.simulate` takes; home: positions by name."""
+
+    efforts: Efforts
+    home: Mapping[str, float]
+    loads: Mapping[str, ArrayLike]
+    rest: float
+    rtol: float
+    project: float
+    end_at_limits: bool
+
+    def simulation(self, chart: Chart, sample: float) -> Simulation:
+        """For samples so far apart [s]. Raises InputError."""
+        for name in ("rest", "rtol", "project"):
+            what = "rest_speed" if name == "rest" else name
+            if name != "project" or self.project != math.inf:
+                refuse_unless_positive(getattr(self, name), what)
+        refuse_lean(chart.outputs)
+        actuated = actuated_of(chart.plan)
+        acting = applied(chart.plan.graph.plain, actuated, self.efforts, self.home, sample)
+        return Simulation(
+            chart, actuated, acting, self.loads, self.rest, self.rtol, sample, self.project
+        )
 
 
 def sampled(duration: float, rate: float) -> FloatArray:
@@ -71,104 +110,109 @@ def required(tick: Tick) -> Tick:
 
 
 def simulated(
-    simulation: Simulation,
+    part: Callable[[Left | None], Part],
     start: tuple[Configuration, FloatArray],
     times: FloatArray,
-    windows: Windows,
+    options: Options,
 ) -> xr.Dataset:
-    """The result at all times (n,). start: the configuration, and driven rates (k,).
-    Raises InputError.
+    """The result at all times (n,). part: what solves the first part, or the one that goes on where
+    driven coordinates have left it. start: the configuration, and driven rates (k,). Raises
+    InputError.
     """
-    refuse_unless_positive(simulation.rtol, "rtol")
-    refuse_unless_positive(simulation.rest, "rest_speed")
-    outputs = simulation.home.outputs
-    if outputs.derivatives < 2 or not outputs.checks:
-        lean, whole = "one compiled without accelerations or checks", "derivatives=2, checks=True"
-        raise InputError("solver", lean, f"one with {whole}")
-    found = simulation.run(*start, times)
-    motion = found.motion
-    (result,) = windows.solve(motion, motion.count, derivatives=2, parallel=False)
-    told = simulation.told(found, result["time"].values)
+    there = part(None)
+    simulation = options.simulation(there.chart, float(times[1] - times[0]))
     graph = simulation.home.plan.graph.plain
-    result = checked(with_forces(result, told, graph), told)
-    return ended_early(result, times, found.ended) if motion.count < len(times) else result
+    found = simulation.run(*start, float(times[0]), times)
+    parts, solved = [found], [_solved(there.windows, found)]
+    while found.left is not None:
+        try:
+            there = part(found.left)
+        except (ParakinError, np.linalg.LinAlgError):
+            break
+        simulation = replace(simulation, home=there.chart)
+        plan, left = there.chart.plan, found.left
+        at = configure(graph, graph.posed_tree(), left.q)
+        at = configure(plan.graph, plan.tree, there.chart.coordinates_at(at))
+        rest = times[times > found.ended]
+        rates = left.rates[list(plan.driven)]
+        found = simulation.run(at, rates, found.ended, rest, left.work)
+        if found.motion.count:
+            parts.append(found)
+            solved.append(_solved(there.windows, found))
+    result = _joined(solved)
+    if result.sizes["time"] < len(times):
+        result = _ended_early(result, times, found)
+    result = _with_forces(result, simulation, parts)
+    return ended_at_limits(result) if options.end_at_limits else result
 
 
-def with_forces(result: xr.Dataset, told: Told, graph: Graph) -> xr.Dataset:
-    """A result with efforts, power, motors, energies and drifts at its samples."""
-    known = result["coordinate"].values.tolist()
-    nothing = np.full(result.sizes["time"], np.nan)
-    velocity, acceleration = (
-        np.array(
-            [
-                result[order].sel(coordinate=name).values if name in known else nothing
-                for name in told.actuators
-            ]
-        ).reshape(len(told.actuators), -1)
-        for order in ORDERS[1:3]
-    )
-    motors = [graph.dynamics.motors.get(graph.index(name, "")) for name in told.actuators]
-    rest = np.zeros_like(told.effort)
-    torque, band, speed, current = at_motors(motors, told.effort, rest, velocity, acceleration)
-    none = np.zeros((0, 3, result.sizes["time"]))
-    forces = Forces(
-        told.actuators,
-        told.units,
-        (),
-        (),
-        tuple(n for n, motor in zip(told.actuators, motors, strict=True) if motor),
-        told.effort,
-        rest,
-        told.power,
-        nothing,
-        torque,
-        band,
-        speed,
-        torque * speed,
-        current,
-        none,
-        none,
-        nothing,
-        none[:, 0],
-        *told.energies,
-    )
-    variables, labels = force_variables(forces, Asked(energies=True))
-    drifts = (
-        ("energy_drift", told.energy_drift, "J", "energy beyond the first and the work since"),
-        ("closure_drift", told.closure_drift, "m", "norm of closure rows of what was integrated"),
-    )
-    for name, values, unit, about in drifts:
-        variables[name] = ("time", values, {"units": unit, "long_name": about})
-    return result.assign(variables).assign_coords(labels)
-
-
-def checked(result: xr.Dataset, told: Told) -> xr.Dataset:
-    """A result with what was integrated compared: where a solved pose is another one, it is flagged
-    as a change of branch. What is not solved is NaN throughout.
+def _solved(windows: Windows, found: Simulated) -> xr.Dataset:
+    """The motion of a part, solved. Where a solved pose is another one than was integrated, it is
+    flagged as a change of branch.
     """
+    (result,) = windows.solve(found.motion, found.motion.count, derivatives=2, parallel=False)
     status = result["status"].values
-    solved = [int(each) for each in SOLVED]
     wrong = np.zeros(len(status), dtype=bool)
-    for name in set(told.positions).intersection(result["coordinate"].values.tolist()):
-        off = result["position"].sel(coordinate=name).values - told.positions[name]
+    for name in set(found.told.positions).intersection(result["coordinate"].values.tolist()):
+        off = result["position"].sel(coordinate=name).values - found.told.positions[name]
         if str(result["unit"].sel(coordinate=name).item()) == "rad":
             off = np.abs(np.angle(np.exp(1j * off)))
         else:
             off = np.abs(off) / result.attrs["characteristic_length"]
         wrong |= off > _APART
-    status[wrong & np.isin(status, solved)] = Status.BRANCH_CHANGE
-    unknown = ~np.isin(status, solved)
-    if unknown.any():
-        for variable, values in result.items():
-            kept = values.dtype.kind != "f" or variable == "first_at"
-            if values.dims[:1] == ("time",) and not kept:
-                values.values[unknown] = np.nan
+    status[wrong & np.isin(status, [int(each) for each in SOLVED])] = Status.BRANCH_CHANGE
     return result
 
 
-def ended_early(result: xr.Dataset, times: FloatArray, ended: float) -> xr.Dataset:
-    """A result at all times (n,) of a simulation that met a singularity where it `ended`: after it
-    NaN, the first sample flagged with why.
+def _joined(parts: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Parts that follow one another as one, which is labelled as the first is."""
+    import xarray as xr
+
+    first = parts[0]
+    if len(parts) == 1:
+        return first
+    limits = np.isfinite(first["limit_low"].values) | np.isfinite(first["limit_high"].values)
+    known = np.array([0, *np.flatnonzero(limits)])
+    over: dict[Any, Any] = {name: [] for name, v in first.items() if v.dims[:1] == ("time",)}
+    last = first
+    for part in parts:
+        if part is not first:
+            _go_on(last, part, known)
+        for name, values in over.items():
+            values.append(part[name].values)
+        last = part
+    data = {
+        name: (first[name].dims, np.concatenate(values), first[name].attrs)
+        for name, values in over.items()
+    }
+    fixed = first.drop_dims("time")
+    time = np.concatenate([part["time"].values for part in parts])
+    labels = {"time": xr.Variable("time", time, first["time"].attrs)}
+    met = "; ".join(dict.fromkeys(p.attrs["stops_met"] for p in parts if p.attrs["stops_met"]))
+    return fixed.assign_coords(labels).assign(data).assign_attrs(stops_met=met)
+
+
+def _go_on(last: xr.Dataset, part: xr.Dataset, limits: FloatArray) -> None:
+    """Make a part follow the last one: its angles by full turns, quaternions by their sign; what is
+    no limit stops it under another number, and so under none.
+    """
+    number = part["stopped_by"].values
+    number[~np.isin(number, limits)] = 0
+    step = np.array([float(part["time"][0]) - float(last["time"][-1])])
+    orders = ORDERS[:3]
+    before = np.array([last[order].values[-1] for order in orders])[:, :, None]
+    after = np.array([part[order].values[0] for order in orders])[:, :, None]
+    turns = missing_turns(step, before, after, part["unit"].values == "rad")[:, 0]
+    part["position"].values[:] += 2 * math.pi * np.nan_to_num(turns)
+    if "body_orientation" in part:
+        facing = last["body_orientation"].values[-1], part["body_orientation"].values[0]
+        way = np.sign((facing[0] * facing[1]).sum(axis=-1))
+        part["body_orientation"].values[:] *= np.where(way < 0.0, -1.0, 1.0)[..., None]
+
+
+def _ended_early(result: xr.Dataset, times: FloatArray, found: Simulated) -> xr.Dataset:
+    """A result at all times (n,) of a simulation that ended before the last: after it NaN, the
+    first sample flagged with why.
     """
     known = result.sizes["time"]
     blank = {
@@ -179,7 +223,114 @@ def ended_early(result: xr.Dataset, times: FloatArray, ended: float) -> xr.Datas
     attributes = dict(result["time"].attrs)
     longer = result.reindex(time=times, fill_value=blank)
     longer["time"].attrs = attributes
-    if known < len(times):
-        longer["status"].values[known] = Status.SINGULAR
-        longer["first_at"].values[known] = ended
+    longer["status"].values[known] = found.why
+    longer["first_at"].values[known] = found.ended
     return longer
+
+
+def _with_forces(
+    result: xr.Dataset, simulation: Simulation, parts: Sequence[Simulated]
+) -> xr.Dataset:
+    """A result with efforts, power, motors, energies and drifts at its samples; what is not solved
+    is NaN throughout.
+    """
+    n = result.sizes["time"]
+    told = [part.told for part in parts]
+
+    def whole(arrays: Sequence[FloatArray]) -> FloatArray:
+        known = np.concatenate(arrays, axis=-1)
+        found = np.full((*known.shape[:-1], n), np.nan)
+        found[..., : known.shape[-1]] = known
+        return found
+
+    forces = _forces(
+        result,
+        simulation.home.plan.graph.plain,
+        simulation.actuated,
+        whole([each.effort for each in told]),
+        whole([each.power for each in told]),
+        whole([each.energies for each in told]),
+    )
+    variables, labels = force_variables(forces, Asked(energies=True))
+    balance = whole([each.balance for each in told])
+    closure = whole([each.closure_drift for each in told])
+    drifts = (
+        ("energy_drift", balance - balance[0], "J", "energy beyond the first and the work since"),
+        ("closure_drift", closure, "m", "norm of closure rows of what was integrated"),
+    )
+    for name, values, unit, about in drifts:
+        variables[name] = ("time", values, {"units": unit, "long_name": about})
+    result = result.assign(variables).assign_coords(labels)
+    return blanked(result, ~np.isin(result["status"].values, [int(each) for each in SOLVED]))
+
+
+def _forces(
+    result: xr.Dataset,
+    graph: Graph,
+    actuated: Sequence[int],
+    effort: FloatArray,
+    power: FloatArray,
+    energies: FloatArray,
+) -> Forces:
+    """Efforts and power of the actuated coordinates (m, n), with their motors, and energies."""
+    known = result["coordinate"].values.tolist()
+    names = names_of(graph, actuated)
+    nothing = np.full(result.sizes["time"], np.nan)
+    velocity, acceleration = (
+        np.array(
+            [
+                result[order].sel(coordinate=name).values if name in known else nothing
+                for name in names
+            ]
+        ).reshape(effort.shape)
+        for order in ORDERS[1:3]
+    )
+    motors = [graph.dynamics.motors.get(k) for k in actuated]
+    rest = np.zeros_like(effort)
+    torque, band, speed, current = at_motors(motors, effort, rest, velocity, acceleration)
+    none = np.zeros((0, 3, result.sizes["time"]))
+    return Forces(
+        tuple(names),
+        tuple("N m" if graph.coordinates[k].angle else "N" for k in actuated),
+        (),
+        (),
+        tuple(name for name, motor in zip(names, motors, strict=True) if motor),
+        effort,
+        rest,
+        power,
+        nothing,
+        torque,
+        band,
+        speed,
+        torque * speed,
+        current,
+        none,
+        none,
+        nothing,
+        none[:, 0],
+        *energies,
+    )
+
+
+def blanked(result: xr.Dataset, unknown: BoolArray) -> xr.Dataset:
+    """A result whose samples are NaN where they are unknown (n,), but for when that began."""
+    if unknown.any():
+        for variable, values in result.items():
+            kept = values.dtype.kind != "f" or variable == "first_at"
+            if values.dims[:1] == ("time",) and not kept:
+                values.values[unknown] = np.nan
+    return result
+
+
+def ended_at_limits(result: xr.Dataset) -> xr.Dataset:
+    """A result that is known up to the first sample beyond a limit."""
+    status = result["status"].values
+    beyond = np.flatnonzero(status == Status.LIMIT_EXCEEDED)
+    if not len(beyond):
+        return result
+    after = np.arange(len(status)) > beyond[0]
+    status[after] = Status.NOT_REACHED
+    result["stopped_by"].values[after] = 0
+    result["first_at"].values[after] = np.nan
+    result["excess"].values[after] = np.nan
+    return blanked(result, after)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,11 +30,11 @@ from parakin.solving.bodies import points_of
 from parakin.solving.charts import Chart, counted
 from parakin.solving.forces import Mechanics
 from parakin.solving.from_home import from_guess, home_values
-from parakin.solving.inputs import Guesses, all_bounded, stacked
+from parakin.solving.inputs import Guesses, all_bounded, refuse_lean, stacked
 from parakin.solving.locks import begun_at, locks_of
 from parakin.solving.results import Labels, quaternions
-from parakin.solving.simulated import beginning, required, sampled, simulated
-from parakin.solving.simulation import Simulation
+from parakin.solving.simulated import Options, Part, beginning, required, sampled, simulated
+from parakin.solving.simulation import Left
 from parakin.solving.status import RESIDUAL, SINGULAR
 from parakin.solving.tables import solver_html
 from parakin.solving.tick import Tick
@@ -60,8 +61,9 @@ class Solver:
         *,
         machine_code: bool,
         again: tuple[Callable[[bytes], Solver], tuple[bytes]],
+        elsewhere: Callable[[tuple[str, ...], FloatArray], Solver],
     ) -> None:
-        self._again = again
+        self._again, self._elsewhere = again, elsewhere
         self.graph = graph = plan.graph.plain
         self.plan = plan
         self.mechanism = graph.mechanism
@@ -155,15 +157,9 @@ class Solver:
         asked = self.mechanics.asked(
             reactions=reactions, energies=energies, preload=preload, indeterminate=indeterminate
         )
+        turning = self._guesses.turning
         found = forces_behind(
-            self.chart,
-            self._locks,
-            asked,
-            inputs,
-            tick,
-            loads,
-            self._guesses.turning,
-            parallel=parallel,
+            self.chart, self._locks, asked, inputs, tick, loads, turning, parallel=parallel
         )
         return tick._replace(forces=found)
 
@@ -346,22 +342,32 @@ class Solver:
         rate: float = 1000.0,
         rtol: float = 1e-9,
         rest_speed: float = 1e-3,
+        end_at_limits: bool = False,
+        project: float = np.inf,
         bodies: bool | Sequence[str] = False,
         loads: Mapping[str, ArrayLike] | None = None,
     ) -> xr.Dataset:
         """The motion that forces make in `duration` seconds, as `solve` gives motions, at `rate`
         samples a second.
 
-        efforts: of actuated coordinates, by name: numbers [N or N m] or tables of laws; a CSV file;
-        or a function of a `State`. start, velocity: positions (home) and rates (0) of driven
+        efforts: of actuated coordinates, by name: numbers [N or N m], tables of laws, or servos; a
+        file; or a function of a `State`. start, velocity: positions (home) and rates (0) of driven
         coordinates. rest_speed: [m/s or rad/s] around which Coulomb friction changes its direction.
+        end_at_limits: nothing is told beyond the first. project: how often loops are closed [s].
         Adds `effort`, `power`, energies, how they and closed loops drift. Raises InputError.
         """
         y, yd = beginning(self.driven, self.home, start, velocity)
         at = self.configuration(y, required(self.at(y)))
-        simulation = Simulation(self.chart, efforts, loads or {}, rest_speed, rtol)
-        windows = Windows(self._atlas, self._labels, points_of(self.graph, bodies))
-        return simulated(simulation, (at, yd), sampled(duration, rate), windows)
+        how = Options(efforts, self.home, loads or {}, rest_speed, rtol, project, end_at_limits)
+        return simulated(partial(self._part, bodies), (at, yd), sampled(duration, rate), how)
+
+    def _part(self, bodies: bool | Sequence[str], left: Left | None = None) -> Part:
+        """Of a simulation: by this solver or, where it was left, by one that others drive."""
+        if left is not None:
+            names = tuple(self._name(k) for k in left.driven)
+            return self._elsewhere(names, left.q)._part(bodies)
+        points = points_of(self.graph, bodies)
+        return Part(self.chart, Windows(self._atlas, self._labels, points))
 
     def schema(
         self,
@@ -384,16 +390,9 @@ class Solver:
     def _driving(self, motion: Motion | str | Path) -> Motion:
         """The motion, its rows in the order of the driven coordinates, if it can be solved."""
         motion = motion if isinstance(motion, Motion) else self.motion(motion)
-        if self.derivatives < 2 or not self._outputs.checks:
-            raise InputError(
-                "solver",
-                "one compiled without accelerations or checks",
-                "one with derivatives=2 and checks=True; or use `at`",
-            )
+        refuse_lean(self._outputs)
         if set(motion.coordinates) != set(self.driven):
-            raise InputError(
-                f"motion {motion.name}",
-                f"coordinates {', '.join(motion.coordinates)}",
-                f"the driven coordinates {', '.join(self.driven)}",
-            )
+            found = f"coordinates {', '.join(motion.coordinates)}"
+            expected = f"the driven coordinates {', '.join(self.driven)}"
+            raise InputError(f"motion {motion.name}", found, expected)
         return motion.reordered(self.driven)

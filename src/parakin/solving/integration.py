@@ -1,0 +1,74 @@
+"""Integration of a state over time, until its plan's rows lose their grip.
+
+SciPy's DOP853 (Dormand and Prince, of order 8, with dense output of order 7) is kept and tested by
+others, and takes efforts that are Python functions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from parakin.arrays import FloatArray
+
+_ASIDE = 0.02  # of a step: where slopes of its polynomial are taken
+
+
+class Integrated(NamedTuple):
+    """states: those at any times (n,) within, (s, n). knots (k,): from the first time to the last
+    [s], the states being smooth between two. lost: whether the end came early, since nothing was
+    left; failed: or since steps vanished.
+    """
+
+    states: Callable[[FloatArray], FloatArray]
+    knots: FloatArray
+    last: FloatArray
+    lost: bool
+    failed: bool
+
+    @property
+    def end(self) -> float:
+        return float(self.knots[-1])
+
+    def slopes(self, times: FloatArray) -> FloatArray:
+        """The states' rates (s, n) as their polynomials have them, by differences of order 4."""
+        at = np.clip(np.searchsorted(self.knots, times) - 1, 0, max(len(self.knots) - 2, 0))
+        width = _ASIDE * np.diff(self.knots)[at]
+        near, far = (
+            self.states(times + k * width) - self.states(times - k * width) for k in (1, 2)
+        )
+        slopes: FloatArray = (8.0 * near - far) / (12.0 * width)
+        return slopes
+
+
+def integrated(
+    rates: Callable[[float, FloatArray], FloatArray],
+    left: Callable[[float, FloatArray], float],
+    state: FloatArray,
+    span: tuple[float, float],
+    *,
+    rtol: float,
+    scales: FloatArray,
+    step: float,
+) -> Integrated:
+    """From a state (s,) on, until nothing is `left` or to the end of the span [s]. scales (s,):
+    what counts as one of each; step: the longest [s].
+    """
+    from scipy.integrate import solve_ivp
+
+    left.terminal = True  # type: ignore[attr-defined]
+    found = solve_ivp(
+        rates,
+        span,
+        state,
+        method="DOP853",
+        events=left,
+        rtol=rtol,
+        atol=rtol * scales,
+        max_step=step,
+        dense_output=True,
+    )
+    lost, failed = found.status == 1, found.status < 0
+    return Integrated(found.sol, np.array(found.sol.ts), found.y[:, -1], lost, failed)
