@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from parakin.motion.laws import from_laws
     from parakin.motion.motion import Motion
     from parakin.motion.sampled import from_arrays
+    from parakin.solving.batches import simulate_batch
     from parakin.solving.compiler import compile
     from parakin.solving.modes import modes
     from parakin.solving.results import history, require_solved
@@ -78,6 +79,7 @@ _MODULES = {
     "modes": "solving.modes",
     "singularities": "analysis.singularities",
     "linearise": "analysis.linearisation",
+    "simulate_batch": "solving.batches",
     "stiffness": "analysis.stiffness",
     "check": "verbs",
     "draw": "verbs",
@@ -140,6 +142,7 @@ __all__ = [
     "report",
     "require_solved",
     "save",
+    "simulate_batch",
     "singularities",
     "stiffness",
     "view",

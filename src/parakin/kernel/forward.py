@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from parakin.algebra.linear import inner, solve
 from parakin.algebra.spatial import Functions, Scalar, add, mul, sub
+from parakin.caching import cached_property
 from parakin.kernel.coordinates import coordinate
 from parakin.kernel.energies import energies
 from parakin.kernel.motion import Moved, motion_at, unit_motions
@@ -52,13 +53,13 @@ class ForwardRows:
     servos: bool = False
     told: bool = False
 
-    @property
+    @cached_property
     def state(self) -> int:
         """How many of what is taken are integrated: positions, driven rates, work."""
         plan = self.plan
         return len(plan.unknowns) + len(self.wound) + 2 * len(plan.driven) + 1
 
-    @property
+    @cached_property
     def count(self) -> int:
         """How many rows are returned."""
         told = (2 * len(self.actuated) + 5) * self.told
@@ -69,7 +70,7 @@ class ForwardRows:
         """How many scalars are taken."""
         return self.state + self.efforts + self.plan.graph.dynamics.inputs
 
-    @property
+    @cached_property
     def efforts(self) -> int:
         """How many scalars tell efforts."""
         return len(self.actuated) * (4 if self.servos else 1)

@@ -172,6 +172,12 @@ def _from_samples(
     return efforts
 
 
+def _all_finite(given: Any, shape: tuple[int, ...]) -> bool:
+    """Whether it is an array of one finite number for each run."""
+    known = isinstance(given, np.ndarray) and given.shape == shape != ()
+    return known and given.dtype.kind in "fiu" and bool(np.isfinite(given).all())
+
+
 def _by_function(
     names: Sequence[str], function: Callable[[State], Mapping[str, float]]
 ) -> Callable[[float, State | None], FloatArray]:
@@ -183,8 +189,11 @@ def _by_function(
         if not isinstance(found, Mapping) or not known.issuperset(found):
             expected = f"efforts by actuated coordinate: {', '.join(names)}"
             raise InputError(f"efforts at {time:g} s", repr(found), expected)
-        if not all(map(is_finite, found.values())):
-            raise InputError(f"efforts at {time:g} s", repr(found), "finite numbers")
-        return np.array([float(found.get(name, 0.0)) for name in names])
+        shape = np.shape(next(iter(state.position.values())))
+        if not all(is_finite(each) or _all_finite(each, shape) for each in found.values()):
+            expected = f"finite numbers, or arrays {shape}" if shape else "finite numbers"
+            raise InputError(f"efforts at {time:g} s", repr(found), expected)
+        rows = [np.broadcast_to(found.get(name, 0.0), shape) for name in names]
+        return np.array(rows, dtype=float).reshape(len(names), *shape)
 
     return efforts

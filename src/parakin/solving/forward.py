@@ -119,10 +119,13 @@ class Forward:
         numbers = [*plan.driven, *plan.unknowns, *self.rows.wound, *plan.driven]
         return np.array([*coordinate_scales(plan.graph)[numbers], 1.0])
 
-    def run(self, state: FloatArray, efforts: FloatArray, loads: FloatArray) -> FloatArray:
+    def run(
+        self, state: FloatArray, efforts: FloatArray, loads: FloatArray, *, parallel: bool = False
+    ) -> FloatArray:
         """The rates of a state, (s,) or (s, n), and below them the figures of its blocks."""
         out = np.empty((self.rows.count, *state.shape[1:]))
-        self.kernel(np.ascontiguousarray(np.concatenate([state, efforts, loads])), out, False)
+        inputs = np.ascontiguousarray(np.concatenate([state, efforts, loads]))
+        self.kernel(inputs, out, parallel)
         return np.concatenate([self.parts(state)[3], out])
 
 

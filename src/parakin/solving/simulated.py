@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST = 10**7  # samples: all are kept at once
+BEGINS = (Status.CONVERGED, Status.LIMIT_EXCEEDED)
+"""Poses from which a simulation may begin."""
 _APART = 1e-4  # rad, or characteristic lengths: what was integrated and solved is another pose
 
 
@@ -104,7 +106,7 @@ def beginning(
 def required(tick: Tick) -> Tick:
     """A pose to start from. Raises InputError if it is none."""
     status = Status(int(tick.status))
-    if status != Status.CONVERGED:
+    if status not in BEGINS:
         raise InputError("start", f"a pose that is flagged: {status.words}", "one that is solved")
     return tick
 
@@ -123,7 +125,7 @@ def simulated(
     simulation = options.simulation(there.chart, float(times[1] - times[0]))
     graph = simulation.home.plan.graph.plain
     found = simulation.run(*start, float(times[0]), times)
-    parts, solved = [found], [_solved(there.windows, found)]
+    parts, solved = [found], [_solved(graph, there.windows, found)]
     while found.left is not None:
         try:
             there = part(found.left)
@@ -138,7 +140,7 @@ def simulated(
         found = simulation.run(at, rates, found.ended, rest, left.work)
         if found.motion.count:
             parts.append(found)
-            solved.append(_solved(there.windows, found))
+            solved.append(_solved(graph, there.windows, found))
     result = _joined(solved)
     if result.sizes["time"] < len(times):
         result = _ended_early(result, times, found)
@@ -146,7 +148,7 @@ def simulated(
     return ended_at_limits(result) if options.end_at_limits else result
 
 
-def _solved(windows: Windows, found: Simulated) -> xr.Dataset:
+def _solved(graph: Graph, windows: Windows, found: Simulated) -> xr.Dataset:
     """The motion of a part, solved. Where a solved pose is another one than was integrated, it is
     flagged as a change of branch.
     """
@@ -155,13 +157,16 @@ def _solved(windows: Windows, found: Simulated) -> xr.Dataset:
     wrong = np.zeros(len(status), dtype=bool)
     for name in set(found.told.positions).intersection(result["coordinate"].values.tolist()):
         off = result["position"].sel(coordinate=name).values - found.told.positions[name]
-        if str(result["unit"].sel(coordinate=name).item()) == "rad":
-            off = np.abs(np.angle(np.exp(1j * off)))
-        else:
-            off = np.abs(off) / result.attrs["characteristic_length"]
-        wrong |= off > _APART
+        wrong |= apart(graph, name, off)
     status[wrong & np.isin(status, [int(each) for each in SOLVED])] = Status.BRANCH_CHANGE
     return result
+
+
+def apart(graph: Graph, name: str, off: FloatArray) -> BoolArray:
+    """Whether a coordinate that is so far off (n,) belongs to another pose; NaN is nothing."""
+    if graph.is_angle(name):
+        return np.asarray(np.abs(np.angle(np.exp(1j * off))) > _APART)
+    return np.asarray(np.abs(off) > _APART * graph.length)
 
 
 def _joined(parts: Sequence[xr.Dataset]) -> xr.Dataset:

@@ -29,7 +29,7 @@ from parakin.solving.forward import Forward, names_of
 from parakin.solving.integration import Integrated, integrated
 from parakin.solving.status import Status
 
-_GRIP = 0.1  # of what a block's rows determined at first: where less is left, another plan is made
+GRIP = 0.1  # of what a block's rows determined at first: where less is left, another plan is made
 _LAST = 1e-4  # of it: with less, if no other plan is found, rates are not known
 _SINGULAR = 1e-3  # regularity, home's being 1: closer to a singularity no plan is better
 _BETTER = 3.0  # times as independent: driven coordinates that take over
@@ -147,7 +147,7 @@ class Simulation:
         end: float,
     ) -> tuple[Left | None, Status]:
         """Add segments to the end, or until no plan for the driven coordinates is left."""
-        reference, least = self._figures(forward, state, time), _GRIP
+        reference, least = self._figures(forward, state, time), GRIP
         while time < end:
             left = partial(self._left, forward, reference, least)
             until = min(end, time + self.project)
@@ -175,10 +175,10 @@ class Simulation:
             taken = self._taken_over(forward, at, state)
             if taken is None or least < _LAST:
                 return None, Status.SINGULAR
-            least *= _GRIP
+            least *= GRIP
             if taken[0] is not forward:
                 forward, state = taken
-                reference, least = self._figures(forward, state, time), _GRIP
+                reference, least = self._figures(forward, state, time), GRIP
         return None, Status.CONVERGED
 
     def _figures(self, forward: Forward, state: FloatArray, time: float) -> FloatArray:
