@@ -547,3 +547,57 @@ def test_a_short_pulse_is_not_stepped_over(tmp_path: Path) -> None:
     (tmp_path / "w.csv").write_text(f"time,fx,fy,fz,mx,my,mz\n{wrench}")
     ds = solver(blown, tmp_path).simulate(2.0, rate=1000)
     assert float(ds["velocity"][-1, 0]) == pytest.approx(0.03, rel=1e-6)
+
+
+def test_taylor_series_are_exact_to_rounding(tmp_path: Path) -> None:
+    """A pendulum over ten swings by its elliptic function."""
+    pytest.importorskip("heyoka")
+    pendulum = solver(SWING, tmp_path)
+    start = math.radians(-90.0 + 120.0)
+    how: dict[str, Any] = {"start": {"A": start}, "rate": 50, "method": "taylor"}
+    ds = pendulum.simulate(20.0, rtol=1e-15, **how)
+    k = math.sin(math.radians(60.0))
+    omega = math.sqrt(WEIGHT / INERTIA)
+    sn, *_ = ellipj(ellipk(k**2) - omega * ds["time"].values, k**2)
+    expected = 2.0 * np.arcsin(k * sn) - math.pi / 2
+    assert ds["position"].sel(coordinate="A").values == pytest.approx(expected, abs=3e-12)
+    assert float(abs(ds["energy_drift"]).max()) < 1e-12
+
+
+def test_taylor_series_make_what_steps_make(tmp_path: Path) -> None:
+    """Servos, Coulomb friction; and driven coordinates that others take over from."""
+    pytest.importorskip("heyoka")
+    servo = {"X": {"stiffness": 1e3, "damping": 10, "target": 0.9}}
+    block = solver(f'{BLOCK}friction = {{ coulomb = "2 N" }}\n', tmp_path)
+    cranked = heavy("slider-crank")
+    slide = next(j.name for j in cranked.joints if j.kind == "prismatic")
+    cases = [(block, servo, {}), (parakin.compile(cranked, [slide]), None, {slide: 0.5})]
+    for each, efforts, velocity in cases:
+        one, other = (
+            each.simulate(1.5, efforts, velocity=velocity, rate=100, rtol=1e-12, method=method)
+            for method in ("dop853", "taylor")
+        )
+        assert (one["status"].values == other["status"].values).all()
+        assert one["position"].values == pytest.approx(other["position"].values, abs=2e-8)
+
+
+def test_what_taylor_series_cannot_have(tmp_path: Path) -> None:
+    block = solver(BLOCK, tmp_path)
+    refused: list[tuple[dict[str, Any], str]] = [
+        ({"efforts": lambda _: {"X": 1.0}}, "efforts: found a Python function, of which"),
+        ({"efforts": {"X": {"law": "sine", "amplitude": 1, "frequency": 1}}}, "over time"),
+        ({"method": "euler"}, "method: found 'euler'"),
+        ({"rtol": 1e-17}, "rtol: found 1e-17; expected 2.3e-16 to 0.01"),
+        ({"rtol": 1e-15, "method": "dop853"}, "rtol: found 1e-15; expected 3e-14"),
+        ({"rtol": math.nan}, "rtol: found nan"),
+        ({"efforts": {"X": {"effort": 1, "most": 2}}}, "with stops or servos' bounds"),
+    ]
+    for given, message in refused:
+        with pytest.raises(InputError, match=message):
+            block.simulate(1.0, **{"method": "taylor", **given})
+    stopped = solver(f"{BLOCK}stop = {{ stiffness = 1e3 }}\n[limits]\nX = [-1, 1]\n", tmp_path)
+    with pytest.raises(InputError, match="with stops or servos' bounds"):
+        stopped.simulate(1.0, method="taylor")
+    plain = solver(BLOCK, tmp_path, machine_code=False)
+    with pytest.raises(InputError, match="'taylor', without machine code"):
+        plain.simulate(1.0, method="taylor")

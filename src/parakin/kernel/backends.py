@@ -7,10 +7,11 @@ IEEE-strict either way, so a NaN stays a NaN.
 
 from __future__ import annotations
 
+import copy
 import importlib.util
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,6 +25,23 @@ from parakin.planning.plan import Plan
 
 # inputs (n_in,) or (n_in, batch), outputs alike, and whether to use all cores on a batch
 Kernel = Callable[[FloatArray, FloatArray, bool], None]
+
+
+class Flow(NamedTuple):
+    """A state's way: at any times (n,), (n, s), with `times` of its steps; the last state; whether
+    it was stopped, or failed.
+    """
+
+    output: Any
+    last: FloatArray
+    stopped: bool
+    failed: bool
+
+
+# A state (s,), what else is taken, begin and end [s], and whether to go on after a step.
+Taylor = Callable[
+    [FloatArray, FloatArray, tuple[float, float], Callable[[float, FloatArray], bool]], Flow
+]
 Traced = Callable[[Sequence[Scalar], Functions], list[Scalar]]
 
 
@@ -57,6 +75,40 @@ def make_forward_kernel(rows: ForwardRows, *, machine_code: bool) -> Kernel:
     return _made(partial(accelerations, rows), rows.inputs, machine_code=machine_code)
 
 
+def make_taylor(rows: ForwardRows, rtol: float) -> Taylor:
+    """Forward dynamics integrated by heyoka's Taylor series, of as high an order as rtol asks for.
+    In compact mode: otherwise it would compile for minutes.
+    """
+    import heyoka as hy
+
+    hy.set_logger_level_error()
+    taken = hy.make_vars(*(f"i{k}" for k in range(rows.state)))
+    given = [hy.par[k] for k in range(rows.inputs - rows.state)]
+    found = accelerations(rows, [*taken, *given], _symbolic())
+    driven = len(rows.plan.driven)
+    rates = [*taken[-1 - driven : -1], *found[: rows.state - driven]]
+    equations = list(zip(taken, map(_constant, rates), strict=True))
+    with no_fork():
+        made = hy.taylor_adaptive(equations, tol=rtol, pars=[0.0] * len(given), compact_mode=True)
+
+    def flow(
+        state: FloatArray,
+        given: FloatArray,
+        span: tuple[float, float],
+        goes_on: Callable[[float, FloatArray], bool],
+    ) -> Flow:
+        way = copy.copy(made)
+        way.time, way.state[:], way.pars[:] = span[0], state, given
+        outcome, *_, output, _ = way.propagate_until(
+            span[1], c_output=True, callback=lambda at: goes_on(at.time, at.state)
+        )
+        reached = outcome == hy.taylor_outcome.time_limit
+        stopped = outcome == hy.taylor_outcome.cb_stop
+        return Flow(output, way.state.copy(), stopped, not (reached or stopped))
+
+    return flow
+
+
 def _made(traced: Traced, count: int, *, machine_code: bool) -> Kernel:
     if not machine_code:
         return _arrays(traced)
@@ -84,6 +136,34 @@ def _arrays(traced: Traced) -> Kernel:
     return kernel
 
 
+def _constant(a: Scalar) -> Scalar:
+    import heyoka as hy
+
+    return hy.expression(float(a)) if isinstance(a, (int, float)) else a
+
+
+def _symbolic() -> Functions:
+    """The elementary functions of expressions, those of constants being worked out at once."""
+    import heyoka as hy
+
+    def lifted(symbolic: Any, plain: Any) -> Callable[..., Scalar]:
+        def function(*arguments: Scalar) -> Any:
+            if all(type(a) is float for a in arguments):
+                return plain(*arguments)
+            return symbolic(*(_constant(a) for a in arguments))
+
+        return function
+
+    def minimum(a: Scalar, b: Scalar) -> Any:
+        return hy.select(hy.lt(b, a), b, a)
+
+    def copysign(size: Scalar, sign: Scalar) -> Any:
+        return hy.select(hy.lt(sign, _constant(0.0)), -size, size)
+
+    symbolic = Functions(hy.sin, hy.cos, hy.sqrt, hy.atan2, minimum, copysign)
+    return Functions(*(lifted(f, g) for f, g in zip(symbolic, FLOATS, strict=True)))
+
+
 def _on_one_core() -> None:
     import heyoka as hy
 
@@ -96,31 +176,10 @@ def _machine_code(traced: Traced, count: int) -> Kernel:
     in_children(_on_one_core)
     hy.set_logger_level_error()  # its warnings (of a cache it cannot write) go to stdout
 
-    def constant(a: Scalar) -> Scalar:
-        return hy.expression(float(a)) if isinstance(a, (int, float)) else a
-
-    def lifted(symbolic: Any, plain: Any) -> Callable[..., Scalar]:
-        """The function on expressions, constants being worked out at once."""
-
-        def function(*arguments: Scalar) -> Any:
-            if all(type(a) is float for a in arguments):
-                return plain(*arguments)
-            return symbolic(*(constant(a) for a in arguments))
-
-        return function
-
-    def minimum(a: Scalar, b: Scalar) -> Any:
-        return hy.select(hy.lt(b, a), b, a)
-
-    def copysign(size: Scalar, sign: Scalar) -> Any:
-        return hy.select(hy.lt(sign, constant(0.0)), -size, size)
-
-    symbolic = Functions(hy.sin, hy.cos, hy.sqrt, hy.atan2, minimum, copysign)
-    functions = Functions(*(lifted(f, g) for f, g in zip(symbolic, FLOATS, strict=True)))
     inputs = hy.make_vars(*(f"i{k}" for k in range(count)))
     inputs = inputs if isinstance(inputs, list) else [inputs]
-    results = traced(list(inputs), functions)
-    code = hy.cfunc([constant(result) for result in results], vars=inputs)
+    results = traced(list(inputs), _symbolic())
+    code = hy.cfunc([_constant(result) for result in results], vars=inputs)
 
     def kernel(inputs: FloatArray, out: FloatArray, parallel: bool) -> None:
         if inputs.ndim == 1:

@@ -40,13 +40,15 @@ class State(NamedTuple):
 class Applied(NamedTuple):
     """What tells efforts of m actuated coordinates at a time [s] and a state (None unless asked):
     efforts (m,) or, with `servos`, efforts, stiffness, damping and bounds (4 m,), as of
-    `ForwardRows`. step: how long it may go unseen [s]; infinite if it is constant.
+    `ForwardRows`. step: how long it may go unseen [s]; infinite if it is constant. bounded: whether
+    some servo gives no more than so much.
     """
 
     of: Callable[[float, State | None], FloatArray]
     asks: bool = False
     servos: bool = False
     step: float = np.inf
+    bounded: bool = False
 
 
 def applied(
@@ -120,10 +122,11 @@ class _Tables(NamedTuple):
             asked = np.array([row.at(time) for row in rows])
             return np.concatenate([asked, fixed]) if servos else asked
 
+        bounded = any(np.isfinite(row.most) for row in rows)
         if changing:
-            return Applied(efforts, servos=servos, step=self.sample)
+            return Applied(efforts, servos=servos, step=self.sample, bounded=bounded)
         known = efforts(0.0, None)
-        return Applied(lambda _t, _s: known, servos=servos)
+        return Applied(lambda _t, _s: known, servos=servos, bounded=bounded)
 
     def _over_time(self, value: Any, unit: Dimension, name: str) -> Any:
         """A number, or a law of time."""

@@ -195,12 +195,27 @@ class _Batch:
         return states, status
 
     def _loads(self, time: float) -> FloatArray:
+        """(inputs, n) of all runs."""
+        if self._steady is not None:
+            return self._steady
         n = self.runs.y.shape[1]
         return self.solver.mechanics.loads(np.full(n, time), n, self.runs.loads)
+
+    @cached_property
+    def _steady(self) -> FloatArray | None:
+        """Loads throughout, if none changes with time."""
+        dynamics, n = self.solver.graph.dynamics, self.runs.y.shape[1]
+        if any(
+            wrench.inputs and wrench.name not in self.runs.loads for wrench in dynamics.wrenches
+        ):
+            return None
+        return self.solver.mechanics.loads(None, n, self.runs.loads)
 
     def _efforts(self, time: float, states: FloatArray) -> FloatArray:
         """(e, n) of all runs."""
         acting, state = self.runs.acting, None
+        if np.isinf(acting.step):
+            return self._constant
         if acting.asks:
             plan = self.forward.chart.plan
             driven, unknowns, _, _ = self.forward.parts(states)
@@ -212,7 +227,15 @@ class _Batch:
                 dict(zip(names, positions, strict=True)),
                 dict(zip(names, moving[: len(names)], strict=True)),
             )
-        found = acting.of(time, state)
+        return self._spread(acting.of(time, state))
+
+    @cached_property
+    def _constant(self) -> FloatArray:
+        """Efforts throughout, if they do not change."""
+        return self._spread(self.runs.acting.of(0.0, None))
+
+    def _spread(self, found: FloatArray) -> FloatArray:
+        """Efforts (e,) or (e, n) as those of all runs."""
         efforts = self._nothing + (found if found.ndim == 2 else found[:, None])
         efforts[: len(self.runs.extra)] += self.runs.extra
         return efforts

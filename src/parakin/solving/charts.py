@@ -7,8 +7,10 @@ ever: `least_singular_value` knows, which looks at all closure rows and at no pl
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -16,8 +18,7 @@ from parakin.algebra.spatial import as_array
 from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.caching import cached_property
 from parakin.errors import ParakinError
-from parakin.kernel.backends import Kernel, make_forward_kernel, make_kernel
-from parakin.kernel.forward import ForwardRows
+from parakin.kernel.backends import Kernel, make_kernel
 from parakin.kernel.outputs import Outputs
 from parakin.kinematics import loops
 from parakin.kinematics.configuration import (
@@ -45,6 +46,8 @@ _LOOSE = 10.0  # a home held more firmly than one over this costs no digits
 LANES = 8  # columns that machine code computes together: this many, or a divisor
 SPREAD = 8192  # columns; smaller batches are not worth a second core
 
+T = TypeVar("T")
+
 
 @dataclass(frozen=True, eq=False)
 class Chart:
@@ -59,8 +62,7 @@ class Chart:
     machine_code: bool
     relative_regularity: float = 1.0
     _figures: dict[tuple[object, ...], Figures] = field(default_factory=dict)
-    _force_kernels: dict[tuple[Asked, float], tuple[Kernel, int]] = field(default_factory=dict)
-    _forward_kernels: dict[tuple[object, ...], Kernel] = field(default_factory=dict)
+    _kept: dict[tuple[object, ...], Any] = field(default_factory=dict)
 
     @cached_property
     def layout(self) -> Layout:
@@ -147,25 +149,21 @@ class Chart:
         coordinates (m, n); loads: what payloads and wrenches take; angles: of
         springs, `wound`, full turns counted.
         """
-        key = (asked, reference)
-        if key not in self._force_kernels:  # kept, since a kernel takes a while to compile
-            rows = self.mechanics.rows(asked, reference)
-            outputs = Outputs((), derivatives=2, checks=False, forces=rows)
-            kernel = make_kernel(self.plan, outputs, machine_code=self.machine_code, steps=1)
-            self._force_kernels[key] = (kernel, outputs.count)
-        kernel, count = self._force_kernels[key]
+        rows = self.mechanics.rows(asked, reference)
+        outputs = Outputs((), derivatives=2, checks=False, forces=rows)
+        make = partial(make_kernel, self.plan, outputs, machine_code=self.machine_code, steps=1)
+        kernel = self.kept((asked, reference), make)
         driven = (samples.position, samples.velocity, samples.acceleration)
-        out = np.empty((count, len(samples.time)))
+        out = np.empty((outputs.count, len(samples.time)))
         kernel(np.concatenate([*driven, found, loads, angles]), out, parallel)
         return out
 
-    def forward_kernel(self, rows: ForwardRows) -> Kernel:
-        """Of forward dynamics; rows: of this plan."""
-        key = (rows.actuated, rows.wound, rows.rest, rows.servos, rows.told)
-        if key not in self._forward_kernels:  # kept, since a kernel takes a while to compile
-            made = make_forward_kernel(rows, machine_code=self.machine_code)
-            self._forward_kernels[key] = made
-        return self._forward_kernels[key]
+    def kept(self, key: tuple[object, ...], make: Callable[[], T]) -> T:
+        """What is made of this chart, once, since it takes a while to compile."""
+        if key not in self._kept:
+            self._kept[key] = make()
+        found: T = self._kept[key]
+        return found
 
     def configuration(self, driven: FloatArray, out: FloatArray) -> Configuration:
         """All coordinates at a pose: driven ones (k,), and a column of outputs (rows,)."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from parakin.algebra.spatial import FLOATS, as_float
 from parakin.arrays import FloatArray
 from parakin.caching import cached_property
 from parakin.errors import InputError
-from parakin.kernel.backends import Kernel
+from parakin.kernel.backends import Kernel, Taylor, make_forward_kernel, make_taylor
 from parakin.kernel.forward import ForwardRows, mass_matrix
 from parakin.kernel.motion import motion_at, unit_motions
 from parakin.kinematics.configuration import Configuration, configure, coordinate_scales
@@ -62,9 +63,18 @@ class Forward:
         outside = tuple(k for k in counted if k not in known)
         return cls(chart, ForwardRows(plan, moved, outside, rest, servos))
 
+    @property
+    def _key(self) -> tuple[object, ...]:
+        rows = self.rows
+        return rows.actuated, rows.wound, rows.rest, rows.servos, rows.told
+
     @cached_property
     def kernel(self) -> Kernel:
-        return self.chart.forward_kernel(self.rows)
+        make = partial(make_forward_kernel, self.rows, machine_code=self.chart.machine_code)
+        return self.chart.kept(self._key, make)
+
+    def taylor(self, rtol: float) -> Taylor:
+        return self.chart.kept((*self._key, rtol), partial(make_taylor, self.rows, rtol))
 
     def mass_matrix(self, at: Configuration, loads: FloatArray) -> FloatArray:
         """That of the driven coordinates, (n, n)."""

@@ -1,7 +1,8 @@
 """Integration of a state over time, until its plan's rows lose their grip.
 
 SciPy's DOP853 (Dormand and Prince, of order 8, with dense output of order 7) is kept and tested by
-others, and takes efforts that are Python functions.
+others, and takes efforts that are Python functions. heyoka's Taylor series, on request, are exact
+to the last digits, and know constant efforts alone.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parakin.arrays import FloatArray
+from parakin.kernel.backends import Taylor
 
 _ASIDE = 0.02  # of a step: where slopes of its polynomial are taken
 
@@ -69,6 +71,29 @@ def integrated(
     )
     lost, failed = found.status == 1, found.status < 0
     return Integrated(found.sol, np.array(found.sol.ts), found.y[:, -1], lost, failed)
+
+
+def by_taylor(
+    flow: Taylor,
+    given: FloatArray,
+    left: Callable[[float, FloatArray], float],
+    state: FloatArray,
+    span: tuple[float, float],
+) -> Integrated:
+    """The same by Taylor series, what is `given` beside the state being constant."""
+    found = flow(state, given, span, lambda time, there: left(time, there) > 0.0)
+    output = found.output
+    if output is None:  # not a single step
+        return Integrated(
+            lambda t: np.full((len(state), len(t)), np.nan), np.array(span[:1]), state, False, True
+        )
+    return Integrated(
+        lambda times: output(times).T.copy(),
+        np.array(output.times),
+        found.last,
+        found.stopped,
+        found.failed,
+    )
 
 
 def runge_kutta(

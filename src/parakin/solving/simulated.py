@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from parakin.arrays import ORDERS, BoolArray, FloatArray
 from parakin.errors import InputError, ParakinError, nearest
+from parakin.kernel.backends import has_machine_code
 from parakin.kinematics.configuration import Configuration, configure
 from parakin.model.graph import Graph
 from parakin.motion.checks import SLACK, refuse_unless_positive
@@ -31,6 +32,8 @@ from parakin.solving.windows import Windows
 if TYPE_CHECKING:
     import xarray as xr
 
+_FINEST = {"dop853": 3e-14, "taylor": 2.3e-16}  # rtol
+_ROUGHEST = 1e-2
 _MOST = 10**7  # samples: all are kept at once
 BEGINS = (Status.CONVERGED, Status.LIMIT_EXCEEDED)
 """Poses from which a simulation may begin."""
@@ -49,11 +52,12 @@ class Options(NamedTuple):
 
     efforts: Efforts
     home: Mapping[str, float]
-    loads: Mapping[str, ArrayLike]
+    loads: Mapping[str, ArrayLike] | None
     rest: float
     rtol: float
     project: float
     end_at_limits: bool
+    method: str
 
     def simulation(self, chart: Chart, sample: float) -> Simulation:
         """For samples so far apart [s]. Raises InputError."""
@@ -61,11 +65,48 @@ class Options(NamedTuple):
             what = "rest_speed" if name == "rest" else name
             if name != "project" or self.project != math.inf:
                 refuse_unless_positive(getattr(self, name), what)
+        least = _FINEST.get(self.method)
+        if least is None:
+            raise InputError("method", repr(self.method), nearest(str(self.method), _FINEST))
+        if not least <= self.rtol <= _ROUGHEST:
+            raise InputError("rtol", f"{self.rtol:g}", f"{least:g} to {_ROUGHEST:g}")
         refuse_lean(chart.outputs)
         actuated = actuated_of(chart.plan)
         acting = applied(chart.plan.graph.plain, actuated, self.efforts, self.home, sample)
-        return Simulation(
-            chart, actuated, acting, self.loads, self.rest, self.rtol, sample, self.project
+        taylor = self.method == "taylor"
+        found = Simulation(
+            chart,
+            actuated,
+            acting,
+            self.loads or {},
+            self.rest,
+            self.rtol,
+            sample,
+            self.project,
+            taylor,
+        )
+        if taylor:
+            _refuse_changing(found)
+        return found
+
+
+def _refuse_changing(simulation: Simulation) -> None:
+    """Raises InputError on what Taylor series cannot have."""
+    expected = 'constant efforts, or servos of fixed targets; or method="dop853"'
+    if simulation.acting.asks:
+        raise InputError(
+            "efforts", "a Python function, of which there is no Taylor series", expected
+        )
+    if simulation.changing or math.isfinite(simulation.acting.step):
+        raise InputError("method", "'taylor', with what changes over time", expected)
+    passive = simulation.home.plan.graph.dynamics.passive.values()
+    if simulation.acting.bounded or any(each.stop for each in passive):
+        raise InputError(
+            "method", "'taylor', with stops or servos' bounds", "no kinks; or 'dop853'"
+        )
+    if not (simulation.home.machine_code and has_machine_code()):
+        raise InputError(
+            "method", "'taylor', without machine code", "heyoka installed; or 'dop853'"
         )
 
 
@@ -145,6 +186,8 @@ def simulated(
     if result.sizes["time"] < len(times):
         result = _ended_early(result, times, found)
     result = _with_forces(result, simulation, parts)
+    result.attrs |= {"method": options.method, "rtol": options.rtol}
+    result.attrs["steps"] = sum(part.steps for part in parts)
     return ended_at_limits(result) if options.end_at_limits else result
 
 

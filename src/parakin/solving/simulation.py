@@ -7,7 +7,7 @@ coordinates do, others can. The driven coordinates' motion is then solved like a
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -26,7 +26,7 @@ from parakin.planning.plan import Plan
 from parakin.solving.applied import Applied, State
 from parakin.solving.charts import Chart
 from parakin.solving.forward import Forward, names_of
-from parakin.solving.integration import Integrated, integrated
+from parakin.solving.integration import Integrated, by_taylor, integrated
 from parakin.solving.status import Status
 
 GRIP = 0.1  # of what a block's rows determined at first: where less is left, another plan is made
@@ -78,6 +78,7 @@ class Simulated(NamedTuple):
     told: Told
     ended: float
     why: Status
+    steps: int
     left: Left | None = None
 
 
@@ -87,7 +88,7 @@ class Simulation:
 
     given: what payloads or wrenches take throughout, by name, instead of what the file says. rest:
     as of `ForwardRows`. step: the longest [s] for which what changes goes unseen. project: after
-    how long loops are closed again [s].
+    how long loops are closed again [s]. taylor: by Taylor series, of what is constant.
     """
 
     home: Chart
@@ -98,6 +99,7 @@ class Simulation:
     rtol: float
     step: float
     project: float = np.inf
+    taylor: bool = False
 
     def forward(self, chart: Chart) -> Forward:
         return Forward.of(chart, self.rest, self.actuated, servos=self.acting.servos)
@@ -136,7 +138,7 @@ class Simulation:
             partial(_between, len(self.home.plan.driven), segments),
             tuple(knots),
         )
-        return Simulated(motion, told, ended, why, left)
+        return Simulated(motion, told, ended, why, len(knots) - 1, left)
 
     def _go(
         self,
@@ -150,17 +152,7 @@ class Simulation:
         reference, least = self._figures(forward, state, time), GRIP
         while time < end:
             left = partial(self._left, forward, reference, least)
-            until = min(end, time + self.project)
-            step = np.inf if np.isinf(self.acting.step) and not self.changing else self.step
-            found = integrated(
-                partial(self._rates, forward),
-                left,
-                state,
-                (time, until),
-                rtol=self.rtol,
-                scales=forward.scales(),
-                step=step,
-            )
+            found = self._integrated(forward, left, state, (time, min(end, time + self.project)))
             segments.append(Segment(time, forward, found))
             time, state = found.end, found.last
             if found.failed:
@@ -180,6 +172,27 @@ class Simulation:
                 forward, state = taken
                 reference, least = self._figures(forward, state, time), GRIP
         return None, Status.CONVERGED
+
+    def _integrated(
+        self,
+        forward: Forward,
+        left: Callable[[float, FloatArray], float],
+        state: FloatArray,
+        span: tuple[float, float],
+    ) -> Integrated:
+        if self.taylor:
+            given = np.concatenate([self.acting.of(span[0], None), self._steady])
+            return by_taylor(forward.taylor(self.rtol), given, left, state, span)
+        constant = np.isinf(self.acting.step) and not self.changing
+        return integrated(
+            partial(self._rates, forward),
+            left,
+            state,
+            span,
+            rtol=self.rtol,
+            scales=forward.scales(),
+            step=np.inf if constant else min(self.step, self.acting.step),
+        )
 
     def _figures(self, forward: Forward, state: FloatArray, time: float) -> FloatArray:
         """How well each block's rows determine its unknowns."""

@@ -341,6 +341,7 @@ class Solver:
         velocity: Mapping[str, float] | None = None,
         rate: float = 1000.0,
         rtol: float = 1e-9,
+        method: str = "dop853",
         rest_speed: float = 1e-3,
         end_at_limits: bool = False,
         project: float = np.inf,
@@ -352,22 +353,22 @@ class Solver:
 
         efforts: of actuated coordinates, by name: numbers [N or N m], tables of laws, or servos; a
         file; or a function of a `State`. start, velocity: positions (home) and rates (0) of driven
-        coordinates. rest_speed: [m/s or rad/s] around which Coulomb friction changes its direction.
-        end_at_limits: nothing is told beyond the first. project: how often loops are closed [s].
-        Adds `effort`, `power`, energies, how they and closed loops drift. Raises InputError.
+        coordinates. method: "taylor" is exact to rounding, of constant efforts. rest_speed: [m/s or
+        rad/s] around which Coulomb friction changes its direction. end_at_limits: nothing is told
+        beyond the first. project: how often loops are closed [s]. Adds `effort`, `power`,
+        energies, and how these and closed loops drift. Raises InputError.
         """
         y, yd = beginning(self.driven, self.home, start, velocity)
-        at = self.configuration(y, required(self.at(y)))
-        how = Options(efforts, self.home, loads or {}, rest_speed, rtol, project, end_at_limits)
-        return simulated(partial(self._part, bodies), (at, yd), sampled(duration, rate), how)
+        begun = self.configuration(y, required(self.at(y))), yd
+        how = Options(efforts, self.home, loads, rest_speed, rtol, project, end_at_limits, method)
+        return simulated(partial(self._part, bodies), begun, sampled(duration, rate), how)
 
     def _part(self, bodies: bool | Sequence[str], left: Left | None = None) -> Part:
         """Of a simulation: by this solver or, where it was left, by one that others drive."""
         if left is not None:
             names = tuple(self._name(k) for k in left.driven)
             return self._elsewhere(names, left.q)._part(bodies)
-        points = points_of(self.graph, bodies)
-        return Part(self.chart, Windows(self._atlas, self._labels, points))
+        return Part(self.chart, Windows(self._atlas, self._labels, points_of(self.graph, bodies)))
 
     def schema(
         self,
