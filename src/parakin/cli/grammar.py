@@ -162,8 +162,13 @@ def _add_simulate(commands: _Commands) -> None:
     simulate.add_argument(
         "--efforts",
         metavar="FILE",
-        help="efforts of the actuators: a TOML table `efforts` of numbers and laws, or a CSV file; "
-        "none by default",
+        help="efforts of the actuators: a TOML table `efforts` of numbers, laws and servos, or a "
+        "CSV file; none by default",
+    )
+    simulate.add_argument(
+        "--hold",
+        action="store_true",
+        help="actuators without efforts of their own keep those that hold the start",
     )
     for name, what in (("start", "position"), ("velocity", "rate")):
         simulate.add_argument(
@@ -173,6 +178,16 @@ def _add_simulate(commands: _Commands) -> None:
             default=[],
             help=f"{what} of a driven coordinate to begin with",
         )
+    simulate.add_argument(
+        "--load",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="another mass of a payload, by its name ('payload' of --payload)",
+    )
+    simulate.add_argument("--method", choices=("dop853", "taylor"), default="dop853")
+    simulate.add_argument("--rtol", metavar="PART", type=_number, help="tolerance (1e-9)")
+    simulate.add_argument("--end-at-limits", action="store_true", help="tell nothing beyond")
     simulate.add_argument(
         "-o", "--output", metavar="FILE", help="write .csv, .nc or .parquet; '-' is CSV to stdout"
     )

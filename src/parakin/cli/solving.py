@@ -13,13 +13,13 @@ from typing import Any
 import xarray as xr
 from rich.console import RenderableType
 
-from parakin.cli.inputs import check_outputs, load_mechanism, preloads, values_of
+from parakin.cli.inputs import check_outputs, load_mechanism, parameters, preloads, values_of
 from parakin.cli.run import Run
 from parakin.cli.streams import WIDE, console, flushed_stdout, say, tell
 from parakin.errors import InputError, printable
 from parakin.files import datasets
 from parakin.model.expressions import Parameters
-from parakin.model.units import TIME
+from parakin.model.units import MASS, TIME
 from parakin.motion.motion import Motion
 from parakin.solving.compiler import compile as compile_mechanism
 from parakin.solving.solver import Solver
@@ -29,7 +29,7 @@ from parakin.views.force_text import drift_words, forces_report, warnings
 from parakin.views.text import flag_words, singularities_report, solve_report
 
 _WINDOW = 100_000  # samples
-_RATE = 1000.0  # [Hz] of simulations
+_RATE, _RTOL = 1000.0, 1e-9  # of simulations [Hz]
 
 
 def solve(options: argparse.Namespace) -> int:
@@ -85,6 +85,14 @@ def simulate(options: argparse.Namespace) -> int:
         options.efforts,
         start=values_of(solver.graph, options.start, "--start", 0),
         velocity=values_of(solver.graph, options.velocity, "--velocity", 1),
+        hold=options.hold,
+        loads={
+            name: evaluate(mass, MASS, f"--load {name}")
+            for name, mass in parameters(options.load, "--load").items()
+        },
+        method=options.method,
+        rtol=_RTOL if options.rtol is None else options.rtol,
+        end_at_limits=options.end_at_limits,
         rate=_RATE if options.rate is None else options.rate,
         bodies=options.bodies or options.animate is not None,
     )

@@ -145,10 +145,14 @@ class _Lawful(Table):
 
 
 def law_from_table(
-    table: Mapping[str, Any], parameters: Parameters, dimension: Dimension, place: str
+    table: Mapping[str, Any],
+    parameters: Parameters,
+    dimension: Dimension,
+    place: str,
+    home: float = 0.0,
 ) -> Law:
-    """A law of its own, of no motion, about zero. Raises InputError, also on one whose end is that
-    of its motion.
+    """A law of its own, of no motion, about zero or `home`. Raises InputError, also on one whose
+    end is that of its motion.
     """
     checked = validated(_Lawful, {"law": dict(table)}, place.removesuffix(".law")).law
     endless = isinstance(checked, _Chirp) or (
@@ -158,7 +162,7 @@ def law_from_table(
         found = f"the law {checked.law!r} without a duration"
         raise InputError(place, found, "one with a duration of its own")
     try:
-        return _law(checked, parameters.evaluate, dimension, 0.0, np.inf)
+        return _law(checked, parameters.evaluate, dimension, home, np.inf)
     except InputError as error:
         raise InputError(f"{place}.{error.place}", error.found, error.expected) from None
 

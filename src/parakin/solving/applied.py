@@ -57,31 +57,33 @@ def applied(
     given: Efforts,
     home: Mapping[str, float],
     sample: float,
+    held: Mapping[str, float],
 ) -> Applied:
     """What `Solver.simulate` takes as `efforts`. home: positions by name, where servos hold unless
-    they are told otherwise. sample: the time between samples [s]. Raises InputError.
+    they are told otherwise. sample: the time between samples [s]. held: efforts of those that are
+    not told, by name; others are zero. Raises InputError.
     """
     names = [graph.coordinates[k].name for k in actuated]
     units = {graph.coordinates[k].name: _unit(graph, k) for k in actuated}
     if given is None:
-        return Applied(lambda _t, _s: np.zeros(len(names)))
+        given = {}
     if isinstance(given, (str, Path)) and Path(given).suffix.lower() == ".toml":
         path = Path(given)
         tables = parse_toml(read_text(path), str(given))
         if set(tables) != {"efforts"} or not isinstance(tables["efforts"], Mapping):
             raise InputError(str(given), f"keys {', '.join(tables) or 'none'}", "a table `efforts`")
-        read = _Tables(graph, units, home, sample, f"{given}: efforts.", path.parent)
+        read = _Tables(graph, units, home, sample, held, f"{given}: efforts.", path.parent)
         return read.applied(tables["efforts"])
     if isinstance(given, (str, Path)):
         time, values = read_histories(Path(given), units)
         step = min(sample, _A_SAMPLE * float(np.diff(time).min()))
         return Applied(_from_samples(str(given), time, values), step=step)
     if callable(given):
-        return Applied(_by_function(names, given), asks=True, step=sample)
+        return Applied(_by_function(names, held, given), asks=True, step=sample)
     if not isinstance(given, Mapping):
         expected = "a table by actuated coordinate, a CSV or TOML file, or a function of a State"
         raise InputError("efforts", type(given).__name__, expected)
-    return _Tables(graph, units, home, sample, "efforts of ", Path()).applied(given)
+    return _Tables(graph, units, home, sample, held, "efforts of ", Path()).applied(given)
 
 
 def _unit(graph: Graph, k: int) -> Dimension:
@@ -95,6 +97,7 @@ class _Tables(NamedTuple):
     units: Mapping[str, Dimension]
     home: Mapping[str, float]
     sample: float
+    held: Mapping[str, float]
     places: str
     folder: Path
 
@@ -111,7 +114,7 @@ class _Tables(NamedTuple):
         rows = [
             self._servo(name, given[name])
             if is_servo(given.get(name))
-            else Servo(self._over_time(given.get(name, 0.0), self.units[name], name))
+            else Servo(self._over_time(self._told(given, name), self.units[name], name))
             for name in self.units
         ]
         servos = any(row.acts for row in rows)
@@ -128,11 +131,14 @@ class _Tables(NamedTuple):
         known = efforts(0.0, None)
         return Applied(lambda _t, _s: known, servos=servos, bounded=bounded)
 
-    def _over_time(self, value: Any, unit: Dimension, name: str) -> Any:
-        """A number, or a law of time."""
+    def _told(self, table: Mapping[str, Any], name: str, key: str | None = None) -> Any:
+        return table.get(key or name, self.held.get(name, 0.0))
+
+    def _over_time(self, value: Any, unit: Dimension, name: str, home: float = 0.0) -> Any:
+        """A number, or a law of time, about home."""
         place = f"{self.places}{name}"
         if isinstance(value, Mapping):
-            return law_from_table(value, self.parameters, unit, place)
+            return law_from_table(value, self.parameters, unit, place, home)
         return self.parameters.evaluate(value, unit, place)
 
     def _servo(self, name: str, table: Mapping[str, Any]) -> Servo:
@@ -147,13 +153,14 @@ class _Tables(NamedTuple):
                 return without
             return amount(table[key], self.parameters, dimension, f"{self.places}{name}.{key}")
 
-        target = table.get("target", self.home.get(name))
+        home = self.home.get(name, 0.0)
+        target = table.get("target", home)
         if isinstance(target, str) and Path(target).suffix.lower() == ".csv":
             law = target_of(self.folder / target, name, ANGLE if angle else LENGTH)
         else:
-            law = self._over_time(target, ANGLE if angle else LENGTH, f"{name}.target")
+            law = self._over_time(target, ANGLE if angle else LENGTH, f"{name}.target", home)
         return Servo(
-            self._over_time(table.get("effort", 0.0), self.units[name], f"{name}.effort"),
+            self._over_time(self._told(table, name, "effort"), self.units[name], f"{name}.effort"),
             law,
             gain("stiffness", effort_per(angle, 0), 0.0),
             gain("damping", effort_per(angle, 1), 0.0),
@@ -182,7 +189,9 @@ def _all_finite(given: Any, shape: tuple[int, ...]) -> bool:
 
 
 def _by_function(
-    names: Sequence[str], function: Callable[[State], Mapping[str, float]]
+    names: Sequence[str],
+    held: Mapping[str, float],
+    function: Callable[[State], Mapping[str, float]],
 ) -> Callable[[float, State | None], FloatArray]:
     known = set(names)
 
@@ -196,7 +205,7 @@ def _by_function(
         if not all(is_finite(each) or _all_finite(each, shape) for each in found.values()):
             expected = f"finite numbers, or arrays {shape}" if shape else "finite numbers"
             raise InputError(f"efforts at {time:g} s", repr(found), expected)
-        rows = [np.broadcast_to(found.get(name, 0.0), shape) for name in names]
+        rows = [np.broadcast_to(found.get(name, held.get(name, 0.0)), shape) for name in names]
         return np.array(rows, dtype=float).reshape(len(names), *shape)
 
     return efforts

@@ -102,7 +102,7 @@ class _Runs(NamedTuple):
         return cls(
             _rows("start", start, home, count),
             _rows("velocity", velocity, dict.fromkeys(solver.driven, 0.0), count),
-            applied(graph, actuated, efforts, solver.home, sample),
+            applied(graph, actuated, efforts, solver.home, sample, {}),
             _rows("efforts", each, dict.fromkeys(names, 0.0), count, "actuated"),
             loads,
         )

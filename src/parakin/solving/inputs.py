@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -29,6 +29,15 @@ class Start(NamedTuple):
     position: FloatArray
     iterated: FloatArray
     turned: FloatArray | None = None
+
+
+def turning_rows(
+    layout: Layout, outputs: Outputs, reported: int, known: Collection[int | str]
+) -> IndexArray:
+    """Rows of angles that are not reported, but known, by their full turns."""
+    rows = layout.angles.tolist()
+    found = [row for row in rows if row >= reported and outputs.coordinates[row] in known]
+    return np.array(found, dtype=np.intp)
 
 
 def refuse_lean(outputs: Outputs) -> None:

@@ -20,7 +20,7 @@ from parakin.solving.applied import Efforts, applied
 from parakin.solving.charts import Chart
 from parakin.solving.continuity import missing_turns
 from parakin.solving.force_variables import force_variables
-from parakin.solving.forces import Asked, Forces, is_finite
+from parakin.solving.forces import Asked, Forces, Mechanics, is_finite
 from parakin.solving.forward import actuated_of, names_of
 from parakin.solving.inputs import refuse_lean
 from parakin.solving.motors import at_motors
@@ -48,10 +48,11 @@ class Part(NamedTuple):
 
 
 class Options(NamedTuple):
-    """What `Solver.simulate` takes; home: positions by name."""
+    """What `Solver.simulate` takes; home, held: positions and efforts, by name."""
 
     efforts: Efforts
     home: Mapping[str, float]
+    held: Mapping[str, float]
     loads: Mapping[str, ArrayLike] | None
     rest: float
     rtol: float
@@ -72,7 +73,9 @@ class Options(NamedTuple):
             raise InputError("rtol", f"{self.rtol:g}", f"{least:g} to {_ROUGHEST:g}")
         refuse_lean(chart.outputs)
         actuated = actuated_of(chart.plan)
-        acting = applied(chart.plan.graph.plain, actuated, self.efforts, self.home, sample)
+        acting = applied(
+            chart.plan.graph.plain, actuated, self.efforts, self.home, sample, self.held
+        )
         taylor = self.method == "taylor"
         found = Simulation(
             chart,
@@ -150,6 +153,16 @@ def required(tick: Tick) -> Tick:
     if status not in BEGINS:
         raise InputError("start", f"a pose that is flagged: {status.words}", "one that is solved")
     return tick
+
+
+def held_at(at: Callable[..., Tick], mechanics: Mechanics, y: FloatArray) -> dict[str, float]:
+    """By name, the efforts that hold a pose (k,) at rest under the file's own loads, those that
+    change with time as they begin. at: `Solver.at`. Raises InputError.
+    """
+    now = {name: history(np.zeros(1))[:, 0] for name, history in mechanics.histories.items()}
+    forces = at(y, forces=True, loads=now).forces
+    assert forces is not None
+    return dict(zip(forces.actuators, forces.effort.tolist(), strict=True))
 
 
 def simulated(

@@ -30,10 +30,18 @@ from parakin.solving.bodies import points_of
 from parakin.solving.charts import Chart, counted
 from parakin.solving.forces import Mechanics
 from parakin.solving.from_home import from_guess, home_values
-from parakin.solving.inputs import Guesses, all_bounded, refuse_lean, stacked
+from parakin.solving.inputs import Guesses, all_bounded, refuse_lean, stacked, turning_rows
 from parakin.solving.locks import begun_at, locks_of
 from parakin.solving.results import Labels, quaternions
-from parakin.solving.simulated import Options, Part, beginning, required, sampled, simulated
+from parakin.solving.simulated import (
+    Options,
+    Part,
+    beginning,
+    held_at,
+    required,
+    sampled,
+    simulated,
+)
 from parakin.solving.simulation import Left
 from parakin.solving.status import RESIDUAL, SINGULAR
 from parakin.solving.tables import solver_html
@@ -86,13 +94,7 @@ class Solver:
         self.iterated = tuple(self._name(c) for c in self._iterated)
         hidden = tuple(n for n in self.iterated if n not in self.coordinates)
         at_home = np.array([self.home.get(name, np.nan) for name in self.coordinates])
-        known = counted(plan)
-        turning_angles = [
-            row
-            for row in self.layout.angles.tolist()
-            if row >= reported and outputs.coordinates[row] in known
-        ]
-        turning = np.array(turning_angles, dtype=np.intp)
+        turning = turning_rows(self.layout, outputs, reported, counted(plan))
         self._guesses = Guesses(self.layout, at_home, self.iterated, hidden, turning)
         self._answers = Answers(self._atlas, self._guesses, self._labels)
         self._run = self.chart.run
@@ -339,6 +341,7 @@ class Solver:
         *,
         start: Mapping[str, float] | None = None,
         velocity: Mapping[str, float] | None = None,
+        hold: bool = False,
         rate: float = 1000.0,
         rtol: float = 1e-9,
         method: str = "dop853",
@@ -353,14 +356,17 @@ class Solver:
 
         efforts: of actuated coordinates, by name: numbers [N or N m], tables of laws, or servos; a
         file; or a function of a `State`. start, velocity: positions (home) and rates (0) of driven
-        coordinates. method: "taylor" is exact to rounding, of constant efforts. rest_speed: [m/s or
-        rad/s] around which Coulomb friction changes its direction. end_at_limits: nothing is told
-        beyond the first. project: how often loops are closed [s]. Adds `effort`, `power`,
-        energies, and how these and closed loops drift. Raises InputError.
+        coordinates. hold: actuators that are not told otherwise keep the efforts that hold the
+        start under the file's own loads. method: "taylor" is exact to rounding, of constant
+        efforts. rest_speed: [m/s or rad/s] around which Coulomb friction changes its direction.
+        end_at_limits: nothing is told beyond the first. project: how often loops are closed [s].
+        Adds `effort`, `power`, energies, and how these and closed loops drift. Raises InputError.
         """
         y, yd = beginning(self.driven, self.home, start, velocity)
         begun = self.configuration(y, required(self.at(y))), yd
-        how = Options(efforts, self.home, loads, rest_speed, rtol, project, end_at_limits, method)
+        held = held_at(self.at, self.mechanics, y) if hold else {}
+        acts = efforts, self.home, held, loads
+        how = Options(*acts, rest_speed, rtol, project, end_at_limits, method)
         return simulated(partial(self._part, bodies), begun, sampled(duration, rate), how)
 
     def _part(self, bodies: bool | Sequence[str], left: Left | None = None) -> Part:
