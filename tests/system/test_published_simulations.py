@@ -15,9 +15,9 @@ from parakin import Status
 DENSITY = 7700.0  # [kg/m³], of Modelica's examples
 
 
-def solver_of(text: str, folder: Path) -> parakin.Solver:
+def solver_of(text: str, folder: Path, cut: tuple[str, ...] = ()) -> parakin.Solver:
     (folder / "mechanism.toml").write_text(text)
-    return parakin.compile(folder / "mechanism.toml", coordinates="all")
+    return parakin.compile(folder / "mechanism.toml", coordinates="all", cut=cut)
 
 
 def test_andrews_mechanism_is_where_the_reference_has_it(tmp_path: Path) -> None:
@@ -86,6 +86,50 @@ def test_bricards_mechanism_keeps_its_energy(tmp_path: Path) -> None:
     place = ds["body_position"].sel(body="R3")
     assert place.values[100] == pytest.approx([0.274481, -0.886708, -0.462330], abs=1e-6)
     assert place.values[200] == pytest.approx([-0.778135, -0.980353, -0.197253], abs=1e-6)
+
+
+@pytest.mark.parametrize("cut", [("D", "J2"), ("B", "J2")])
+def test_full_turns_are_kept_where_another_plan_takes_over(
+    tmp_path: Path, cut: tuple[str, ...]
+) -> None:
+    """Bricard's mechanism beside a drag link whose follower winds up a spring: its joint is cut in
+    one plan and not in the next, and whatever is cut, the motion is the same.
+    """
+    text = bricard().replace('driven = ["J1"]', 'driven = ["J1", "A"]')
+    text = text.replace("home.J1 = 0", 'home.J1 = 0\nhome.A = "50 deg"')
+    text = text.replace("guess = {", 'guess = { B = "-50 deg", D = "50 deg",')
+    light = "{ mass = 0.001, inertia = [1e-6, 1e-6, 1e-6] }"
+    bodies = f"[bodies]\na = {{ mass = 1, inertia = [0.1, 0.1, 0.1] }}\nb = {light}\nd = {light}"
+    text = (
+        text.replace("[bodies]", bodies)
+        + """
+A = { kind = "revolute", parent = "base", child = "a" }
+B = { kind = "revolute", parent = "a", child = "b", on_parent = { at = [0.2, 0, 0] } }
+[joints.C]
+kind = "revolute"
+parent = "b"
+child = "d"
+on_parent = { at = [0.22, 0, 0] }
+on_child = { at = [0.2, 0, 0] }
+[joints.D]
+kind = "revolute"
+parent = "base"
+child = "d"
+on_parent = { at = [0.05, 0, 0] }
+spring = { stiffness = 0.01 }
+"""
+    )
+    one = solver_of(text, tmp_path)
+    other = solver_of(text, tmp_path, cut)
+    first, second = (
+        s.simulate(4.0, velocity={"A": 8.0}, rate=50, rtol=1e-11) for s in (one, other)
+    )
+    for ds in (first, second):
+        assert (ds["status"] == 0).all()
+        assert float(abs(ds["energy_drift"]).max()) < 1e-6
+    angles = [ds["position"].sel(coordinate="D").values for ds in (first, second)]
+    assert angles[0][-1] > 6 * math.pi
+    assert angles[0] == pytest.approx(angles[1], abs=1e-5)
 
 
 def box(along: tuple[float, float, float], width: float) -> str:

@@ -185,7 +185,7 @@ def _add_simulate(commands: _Commands) -> None:
         default=[],
         help="another mass of a payload, by its name ('payload' of --payload)",
     )
-    simulate.add_argument("--method", choices=("dop853", "taylor"), default="dop853")
+    simulate.add_argument("--method", choices=("dop853", "radau", "taylor"), default="dop853")
     simulate.add_argument("--rtol", metavar="PART", type=_number, help="tolerance (1e-9)")
     simulate.add_argument("--end-at-limits", action="store_true", help="tell nothing beyond")
     simulate.add_argument(

@@ -33,7 +33,7 @@ class ForwardRows:
     """What a kernel of forward dynamics takes and returns, a scalar each.
 
     It takes the positions of the plan's driven coordinates, its unknowns, and `wound`: angles of
-    joints that are cut, which have springs, stops or servos and are to count full turns; then the
+    joints that are cut, which are to count full turns; then the
     driven coordinates' rates, the work done [J], efforts of `actuated`, with `servos` the stiffness
     and damping by which each falls with its coordinate's position and rate, and what it is at most;
     and what loads take (`Dynamics.inputs`). It returns the rates of what it takes as positions
@@ -44,6 +44,8 @@ class ForwardRows:
     rest: the speed [m/s or rad/s] below which Coulomb friction goes over from one direction to the
     other. told: it also returns the efforts and the rates of the actuated coordinates; kinetic and
     potential energy [J], power lost and power applied [W]; and how far the loops are open [m].
+    seen: at last, positions and then rates of these coordinates, angles of joints that are cut
+    within half a turn of home unless they are wound.
     """
 
     plan: Plan
@@ -52,6 +54,7 @@ class ForwardRows:
     rest: float
     servos: bool = False
     told: bool = False
+    seen: tuple[int, ...] = ()
 
     @cached_property
     def state(self) -> int:
@@ -63,7 +66,9 @@ class ForwardRows:
     def count(self) -> int:
         """How many rows are returned."""
         told = (2 * len(self.actuated) + 5) * self.told
-        return self.state - len(self.plan.driven) + len(self.plan.blocks) + told
+        return (
+            self.state - len(self.plan.driven) + len(self.plan.blocks) + told + 2 * len(self.seen)
+        )
 
     @property
     def inputs(self) -> int:
@@ -128,7 +133,9 @@ def accelerations(
     found += [*solved.solutions[0], power, *figures]
     if rows.told:
         found += [*given, *rates, *told, open_by(plan, moved.circuits, functions)]
-    return found
+    seen = [coordinate(plan, moved, k, 1)[:2] for k in rows.seen]
+    found += [taken.wound.get(k, value) for k, (value, _) in zip(rows.seen, seen, strict=True)]
+    return found + [rate for _, rate in seen]
 
 
 def _efforts(
@@ -139,7 +146,7 @@ def _efforts(
     efforts: dict[int, Scalar] = {}
     rates: dict[int, Scalar] = {}
     for k, (effort, *servo) in zip(rows.actuated, columns, strict=True):
-        value, rates[k] = coordinate(rows.plan, moved, k, 1)
+        value, rates[k] = coordinate(rows.plan, moved, k, 1)[:2]
         efforts[k] = effort
         if servo:
             stiffness, damping, most = servo

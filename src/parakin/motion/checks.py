@@ -6,6 +6,7 @@ Each raises InputError, naming `place`, if it fails.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -67,5 +68,6 @@ def refuse_repeated(coordinates: Sequence[str], place: str) -> None:
 
 def refuse_unless_positive(value: float, place: str) -> None:
     """Refuse anything but a positive, finite number."""
-    if not 0 < value < np.inf:
-        raise InputError(place, f"{value:g}", "a positive number")
+    if not (isinstance(value, Real) and 0 < value < np.inf):
+        found = f"{value:g}" if isinstance(value, Real) else repr(value)
+        raise InputError(place, found, "a positive number")

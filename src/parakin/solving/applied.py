@@ -28,8 +28,8 @@ _A_SAMPLE = 4  # spacings of recorded efforts at most in a step of integration
 
 
 class State(NamedTuple):
-    """A moment of a simulation: time [s]; positions and velocities by coordinate, of all that the
-    plan knows (those of a spanning tree).
+    """A moment of a simulation: time [s]; positions and velocities of all coordinates, by name.
+    Angles of joints outside the spanning tree that are not actuated are within half a turn of home.
     """
 
     time: float

@@ -18,11 +18,12 @@ from parakin.arrays import ORDERS, PER_TIME, FloatArray, StatusArray
 from parakin.caching import cached_property
 from parakin.errors import InputError, nearest
 from parakin.motion.checks import refuse_unless_positive
-from parakin.solving.applied import Applied, Efforts, State, applied
+from parakin.solving.applied import Applied, Efforts, applied
 from parakin.solving.forward import Forward, actuated_of, names_of
 from parakin.solving.inputs import refuse_lean
 from parakin.solving.integration import runge_kutta
-from parakin.solving.simulated import BEGINS, apart, sampled
+from parakin.solving.options import BEGINS, sampled
+from parakin.solving.simulated import apart
 from parakin.solving.simulation import GRIP
 from parakin.solving.solver import Solver
 from parakin.solving.status import SOLVED, Status, are
@@ -63,7 +64,8 @@ def simulate_batch(
         found = f"one that does not report {', '.join(unknown)}"
         raise InputError("solver", found, "one that reports what it iterates")
     runs = _Runs.of(solver, efforts, start, velocity, dict(loads or {}), 1.0 / rate)
-    forward = Forward.of(solver.chart, rest_speed, servos=runs.acting.servos)
+    servos, asks = runs.acting.servos, runs.acting.asks
+    forward = Forward.of(solver.chart, rest_speed, servos=servos, asks=asks)
     return _Batch(solver, forward, runs, parallel=parallel).run(times, step)
 
 
@@ -217,16 +219,7 @@ class _Batch:
         if np.isinf(acting.step):
             return self._constant
         if acting.asks:
-            plan = self.forward.chart.plan
-            driven, unknowns, _, _ = self.forward.parts(states)
-            positions = np.concatenate([driven, unknowns])
-            moving = self.forward.run(states, self._nothing, self._loads(time))
-            names = names_of(plan.graph, [*plan.driven, *plan.unknowns])
-            state = State(
-                time,
-                dict(zip(names, positions, strict=True)),
-                dict(zip(names, moving[: len(names)], strict=True)),
-            )
+            state = self.forward.seen(time, states, self._loads(time))
         return self._spread(acting.of(time, state))
 
     @cached_property

@@ -7,7 +7,7 @@ coordinates' rates, and the work done: loops are closed in rates, and no positio
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -22,6 +22,7 @@ from parakin.kernel.motion import motion_at, unit_motions
 from parakin.kinematics.configuration import Configuration, configure, coordinate_scales
 from parakin.model.graph import Graph
 from parakin.planning.plan import Plan
+from parakin.solving.applied import State
 from parakin.solving.charts import Chart
 from parakin.solving.forces import wound
 
@@ -37,9 +38,16 @@ class Forward:
 
     @classmethod
     def of(
-        cls, chart: Chart, rest: float, actuated: Sequence[int] = (), *, servos: bool = False
+        cls,
+        chart: Chart,
+        rest: float,
+        actuated: Sequence[int] = (),
+        *,
+        servos: bool = False,
+        asks: bool = False,
     ) -> Forward:
-        """rest, servos: see `ForwardRows`. actuated: `actuated_of` its plan by default. Raises
+        """rest, servos: see `ForwardRows`. actuated: `actuated_of` its plan by default. asks:
+        whether efforts may depend on how far actuated coordinates have turned. Raises
         InputError where there is nothing that makes forces, friction that a simulation does not
         know, or an idle freedom, which would be held.
         """
@@ -57,7 +65,7 @@ class Forward:
             expected = f"them driven too: {', '.join([*driven, *idle])}"
             raise InputError(f"{where}: driven", found, expected)
         moved = tuple(actuated) or actuated_of(plan)
-        turning = [k for k in moved if servos and graph.coordinates[k].angle]
+        turning = [k for k in moved if (servos or asks) and graph.coordinates[k].angle]
         counted = dict.fromkeys([*wound(plan), *turning])
         known = {*plan.driven, *plan.unknowns, *plan.affine}
         outside = tuple(k for k in counted if k not in known)
@@ -66,7 +74,23 @@ class Forward:
     @property
     def _key(self) -> tuple[object, ...]:
         rows = self.rows
-        return rows.actuated, rows.wound, rows.rest, rows.servos, rows.told
+        return rows.actuated, rows.wound, rows.rest, rows.servos, rows.told, rows.seen
+
+    @cached_property
+    def seeing(self) -> Forward:
+        """The same that also returns positions and rates of all coordinates."""
+        seen = tuple(range(len(self.rows.plan.graph.plain.coordinates)))
+        return Forward(self.chart, replace(self.rows, seen=seen))
+
+    def seen(self, time: float, state: FloatArray, loads: FloatArray) -> State:
+        """What a function of a state (s,) or (s, n) is told of it."""
+        rows = self.seeing.rows
+        nothing = np.zeros((rows.efforts, *state.shape[1:]))
+        found = self.seeing.run(state, nothing, loads)[-2 * len(rows.seen) :]
+        names = names_of(rows.plan.graph, rows.seen)
+        values = found.tolist() if found.ndim == 1 else list(found)
+        position = dict(zip(names, values[: len(names)], strict=True))
+        return State(time, position, dict(zip(names, values[len(names) :], strict=True)))
 
     @cached_property
     def kernel(self) -> Kernel:

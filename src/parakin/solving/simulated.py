@@ -3,41 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from parakin.arrays import ORDERS, BoolArray, FloatArray
-from parakin.errors import InputError, ParakinError, nearest
-from parakin.kernel.backends import has_machine_code
-from parakin.kinematics.configuration import Configuration, configure
+from parakin.errors import ParakinError
+from parakin.kinematics.configuration import configure
 from parakin.model.graph import Graph
-from parakin.motion.checks import SLACK, refuse_unless_positive
-from parakin.solving.applied import Efforts, applied
 from parakin.solving.charts import Chart
 from parakin.solving.continuity import missing_turns
 from parakin.solving.force_variables import force_variables
-from parakin.solving.forces import Asked, Forces, Mechanics, is_finite
-from parakin.solving.forward import actuated_of, names_of
-from parakin.solving.inputs import refuse_lean
+from parakin.solving.forces import Asked, Forces
+from parakin.solving.forward import names_of
 from parakin.solving.motors import at_motors
+from parakin.solving.options import Options, Simulable, beginning, required, sampled
 from parakin.solving.simulation import Left, Simulated, Simulation
 from parakin.solving.status import SOLVED, Status
-from parakin.solving.tick import Tick
 from parakin.solving.windows import Windows
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_FINEST = {"dop853": 3e-14, "taylor": 2.3e-16}  # rtol
-_ROUGHEST = 1e-2
-_MOST = 10**7  # samples: all are kept at once
-BEGINS = (Status.CONVERGED, Status.LIMIT_EXCEEDED)
-"""Poses from which a simulation may begin."""
 _APART = 1e-4  # rad, or characteristic lengths: what was integrated and solved is another pose
+_DRIFTS = 100.0  # of rtol: as far as what is integrated may drift
 
 
 class Part(NamedTuple):
@@ -47,139 +38,19 @@ class Part(NamedTuple):
     windows: Windows
 
 
-class Options(NamedTuple):
-    """What `Solver.simulate` takes; home, held: positions and efforts, by name."""
-
-    efforts: Efforts
-    home: Mapping[str, float]
-    held: Mapping[str, float]
-    loads: Mapping[str, ArrayLike] | None
-    rest: float
-    rtol: float
-    project: float
-    end_at_limits: bool
-    method: str
-
-    def simulation(self, chart: Chart, sample: float) -> Simulation:
-        """For samples so far apart [s]. Raises InputError."""
-        for name in ("rest", "rtol", "project"):
-            what = "rest_speed" if name == "rest" else name
-            if name != "project" or self.project != math.inf:
-                refuse_unless_positive(getattr(self, name), what)
-        least = _FINEST.get(self.method)
-        if least is None:
-            raise InputError("method", repr(self.method), nearest(str(self.method), _FINEST))
-        if not least <= self.rtol <= _ROUGHEST:
-            raise InputError("rtol", f"{self.rtol:g}", f"{least:g} to {_ROUGHEST:g}")
-        refuse_lean(chart.outputs)
-        actuated = actuated_of(chart.plan)
-        acting = applied(
-            chart.plan.graph.plain, actuated, self.efforts, self.home, sample, self.held
-        )
-        taylor = self.method == "taylor"
-        found = Simulation(
-            chart,
-            actuated,
-            acting,
-            self.loads or {},
-            self.rest,
-            self.rtol,
-            sample,
-            self.project,
-            taylor,
-        )
-        if taylor:
-            _refuse_changing(found)
-        return found
-
-
-def _refuse_changing(simulation: Simulation) -> None:
-    """Raises InputError on what Taylor series cannot have."""
-    expected = 'constant efforts, or servos of fixed targets; or method="dop853"'
-    if simulation.acting.asks:
-        raise InputError(
-            "efforts", "a Python function, of which there is no Taylor series", expected
-        )
-    if simulation.changing or math.isfinite(simulation.acting.step):
-        raise InputError("method", "'taylor', with what changes over time", expected)
-    passive = simulation.home.plan.graph.dynamics.passive.values()
-    if simulation.acting.bounded or any(each.stop for each in passive):
-        raise InputError(
-            "method", "'taylor', with stops or servos' bounds", "no kinks; or 'dop853'"
-        )
-    if not (simulation.home.machine_code and has_machine_code()):
-        raise InputError(
-            "method", "'taylor', without machine code", "heyoka installed; or 'dop853'"
-        )
-
-
-def sampled(duration: float, rate: float) -> FloatArray:
-    """The times (n,) [s] of a simulation, its end included. Raises InputError."""
-    for name, value in (("duration", duration), ("rate", rate)):
-        refuse_unless_positive(value, name)
-    count = duration * rate
-    if not count < _MOST:
-        raise InputError("rate", f"{count:.3g} samples", f"fewer than {_MOST}")
-    whole = np.arange(math.floor(count * (1 + SLACK)) + 1) / rate
-    if whole[-1] < duration * (1 - SLACK):
-        return np.append(whole, duration)
-    whole[-1] = duration
-    return whole
-
-
-def beginning(
-    driven: Sequence[str],
-    home: Mapping[str, float],
-    start: Mapping[str, float] | None,
-    velocity: Mapping[str, float] | None,
-) -> tuple[FloatArray, FloatArray]:
-    """Positions and rates (k,) of the driven coordinates. Raises InputError."""
-    found = []
-    for place, given in (("start", start), ("velocity", velocity)):
-        values = {name: home[name] if place == "start" else 0.0 for name in driven}
-        for name, value in (given or {}).items():
-            if name not in values:
-                raise InputError(place, f"{name!r}, not driven", nearest(str(name), driven))
-            if not is_finite(value):
-                raise InputError(f"{place} of {name}", repr(value), "a finite number")
-            values[name] = float(value)
-        found.append(np.array(list(values.values())))
-    return found[0], found[1]
-
-
-def required(tick: Tick) -> Tick:
-    """A pose to start from. Raises InputError if it is none."""
-    status = Status(int(tick.status))
-    if status not in BEGINS:
-        raise InputError("start", f"a pose that is flagged: {status.words}", "one that is solved")
-    return tick
-
-
-def held_at(at: Callable[..., Tick], mechanics: Mechanics, y: FloatArray) -> dict[str, float]:
-    """By name, the efforts that hold a pose (k,) at rest under the file's own loads, those that
-    change with time as they begin. at: `Solver.at`. Raises InputError.
-    """
-    now = {name: history(np.zeros(1))[:, 0] for name, history in mechanics.histories.items()}
-    forces = at(y, forces=True, loads=now).forces
-    assert forces is not None
-    return dict(zip(forces.actuators, forces.effort.tolist(), strict=True))
-
-
 def simulated(
-    part: Callable[[Left | None], Part],
-    start: tuple[Configuration, FloatArray],
-    times: FloatArray,
-    options: Options,
+    solver: Simulable, part: Callable[[Left | None], Part], options: Options
 ) -> xr.Dataset:
-    """The result at all times (n,). part: what solves the first part, or the one that goes on where
-    driven coordinates have left it. start: the configuration, and driven rates (k,). Raises
-    InputError.
+    """What `Solver.simulate` returns. part: what solves the first part, or the one that goes on
+    where driven coordinates have left it. Raises InputError.
     """
-    there = part(None)
-    simulation = options.simulation(there.chart, float(times[1] - times[0]))
+    times = sampled(options.duration, options.rate)
+    y, yd = beginning(solver.driven, solver.home, options.start, options.velocity)
+    at = solver.configuration(y, required(solver.at(y)))
+    there, simulation = part(None), options.simulation(solver, y)
     graph = simulation.home.plan.graph.plain
-    found = simulation.run(*start, float(times[0]), times)
-    parts, solved = [found], [_solved(graph, there.windows, found)]
+    found = simulation.run(at, yd, 0.0, times)
+    parts, solved = [found], [_solved(graph, there.windows, found, options.rtol)]
     while found.left is not None:
         try:
             there = part(found.left)
@@ -194,17 +65,19 @@ def simulated(
         found = simulation.run(at, rates, found.ended, rest, left.work)
         if found.motion.count:
             parts.append(found)
-            solved.append(_solved(graph, there.windows, found))
+            solved.append(_solved(graph, there.windows, found, options.rtol))
     result = _joined(solved)
     if result.sizes["time"] < len(times):
         result = _ended_early(result, times, found)
     result = _with_forces(result, simulation, parts)
     result.attrs |= {"method": options.method, "rtol": options.rtol}
-    result.attrs["steps"] = sum(part.steps for part in parts)
+    result.attrs["steps"] = sum(each.steps for each in parts)
+    if found.why:
+        result.attrs["ended"] = f"at {found.ended:.6g} s: {found.because}"
     return ended_at_limits(result) if options.end_at_limits else result
 
 
-def _solved(graph: Graph, windows: Windows, found: Simulated) -> xr.Dataset:
+def _solved(graph: Graph, windows: Windows, found: Simulated, rtol: float) -> xr.Dataset:
     """The motion of a part, solved. Where a solved pose is another one than was integrated, it is
     flagged as a change of branch.
     """
@@ -213,16 +86,19 @@ def _solved(graph: Graph, windows: Windows, found: Simulated) -> xr.Dataset:
     wrong = np.zeros(len(status), dtype=bool)
     for name in set(found.told.positions).intersection(result["coordinate"].values.tolist()):
         off = result["position"].sel(coordinate=name).values - found.told.positions[name]
-        wrong |= apart(graph, name, off)
+        wrong |= apart(graph, name, off, rtol)
     status[wrong & np.isin(status, [int(each) for each in SOLVED])] = Status.BRANCH_CHANGE
     return result
 
 
-def apart(graph: Graph, name: str, off: FloatArray) -> BoolArray:
-    """Whether a coordinate that is so far off (n,) belongs to another pose; NaN is nothing."""
+def apart(graph: Graph, name: str, off: FloatArray, rtol: float = 0.0) -> BoolArray:
+    """Whether a coordinate that is so far off (n,) belongs to another pose, and has not drifted
+    there by a rough tolerance; NaN is nothing.
+    """
+    most = max(_APART, _DRIFTS * rtol)
     if graph.is_angle(name):
-        return np.asarray(np.abs(np.angle(np.exp(1j * off))) > _APART)
-    return np.asarray(np.abs(off) > _APART * graph.length)
+        return np.asarray(np.abs(np.angle(np.exp(1j * off))) > most)
+    return np.asarray(np.abs(off) > most * graph.length)
 
 
 def _joined(parts: Sequence[xr.Dataset]) -> xr.Dataset:

@@ -23,7 +23,7 @@ from parakin.kinematics.configuration import Configuration, configure, coordinat
 from parakin.kinematics.free_motions import free_motions
 from parakin.motion.motion import Motion, Samples
 from parakin.planning.plan import Plan
-from parakin.solving.applied import Applied, State
+from parakin.solving.applied import Applied
 from parakin.solving.charts import Chart
 from parakin.solving.forward import Forward, names_of
 from parakin.solving.integration import Integrated, by_taylor, integrated
@@ -71,13 +71,14 @@ class Left(NamedTuple):
 
 class Simulated(NamedTuple):
     """A simulation: its driven coordinates as a motion, what else is told of its samples; when it
-    `ended`, why (CONVERGED if at its end), and where others are to go on.
+    `ended`, why (CONVERGED if at its end), in words too; and where others are to go on.
     """
 
     motion: Motion
     told: Told
     ended: float
     why: Status
+    because: str
     steps: int
     left: Left | None = None
 
@@ -88,7 +89,8 @@ class Simulation:
 
     given: what payloads or wrenches take throughout, by name, instead of what the file says. rest:
     as of `ForwardRows`. step: the longest [s] for which what changes goes unseen. project: after
-    how long loops are closed again [s]. taylor: by Taylor series, of what is constant.
+    how long loops are closed again [s]. method: dop853, radau, or
+    taylor, of what is constant.
     """
 
     home: Chart
@@ -99,10 +101,12 @@ class Simulation:
     rtol: float
     step: float
     project: float = np.inf
-    taylor: bool = False
+    method: str = "dop853"
 
     def forward(self, chart: Chart) -> Forward:
-        return Forward.of(chart, self.rest, self.actuated, servos=self.acting.servos)
+        return Forward.of(
+            chart, self.rest, self.actuated, servos=self.acting.servos, asks=self.acting.asks
+        )
 
     def run(
         self,
@@ -138,7 +142,10 @@ class Simulation:
             partial(_between, len(self.home.plan.driven), segments),
             tuple(knots),
         )
-        return Simulated(motion, told, ended, why, len(knots) - 1, left)
+        because = (
+            segments[-1].found.failed or "no other choice of rows or driven coordinates is better"
+        )
+        return Simulated(motion, told, ended, why, because, len(knots) - 1, left)
 
     def _go(
         self,
@@ -156,7 +163,7 @@ class Simulation:
             segments.append(Segment(time, forward, found))
             time, state = found.end, found.last
             if found.failed:
-                return None, Status.NOT_SMOOTH
+                return None, Status.NOT_SMOOTH if least == GRIP else Status.SINGULAR
             at = forward.configuration(state)
             if not found.lost:
                 state = self._closed(forward, at, state) if time < end else state
@@ -180,7 +187,7 @@ class Simulation:
         state: FloatArray,
         span: tuple[float, float],
     ) -> Integrated:
-        if self.taylor:
+        if self.method == "taylor":
             given = np.concatenate([self.acting.of(span[0], None), self._steady])
             return by_taylor(forward.taylor(self.rtol), given, left, state, span)
         constant = np.isinf(self.acting.step) and not self.changing
@@ -192,6 +199,7 @@ class Simulation:
             rtol=self.rtol,
             scales=forward.scales(),
             step=np.inf if constant else min(self.step, self.acting.step),
+            stiff=self.method == "radau",
         )
 
     def _figures(self, forward: Forward, state: FloatArray, time: float) -> FloatArray:
@@ -242,14 +250,7 @@ class Simulation:
     def _efforts(self, forward: Forward, time: float, state: FloatArray) -> FloatArray:
         if not self.acting.asks:
             return self.acting.of(time, None)
-        plan = forward.chart.plan
-        driven, unknowns, _, _ = forward.parts(state)
-        nothing = np.zeros(forward.rows.efforts)
-        moving = forward.run(state, nothing, self._at(time))[: len(driven) + len(unknowns)]
-        names = names_of(plan.graph, [*plan.driven, *plan.unknowns])
-        position = dict(zip(names, [*driven.tolist(), *unknowns.tolist()], strict=True))
-        velocity = dict(zip(names, moving.tolist(), strict=True))
-        return self.acting.of(time, State(time, position, velocity))
+        return self.acting.of(time, forward.seen(time, state, self._at(time)))
 
     def _sampled(self, segments: list[Segment], times: FloatArray) -> tuple[Samples, Told]:
         """The driven coordinates' motion, and what else is known, at times (n,)."""

@@ -32,16 +32,9 @@ from parakin.solving.forces import Mechanics
 from parakin.solving.from_home import from_guess, home_values
 from parakin.solving.inputs import Guesses, all_bounded, refuse_lean, stacked, turning_rows
 from parakin.solving.locks import begun_at, locks_of
+from parakin.solving.options import Options
 from parakin.solving.results import Labels, quaternions
-from parakin.solving.simulated import (
-    Options,
-    Part,
-    beginning,
-    held_at,
-    required,
-    sampled,
-    simulated,
-)
+from parakin.solving.simulated import Part, simulated
 from parakin.solving.simulation import Left
 from parakin.solving.status import RESIDUAL, SINGULAR
 from parakin.solving.tables import solver_html
@@ -357,17 +350,15 @@ class Solver:
         efforts: of actuated coordinates, by name: numbers [N or N m], tables of laws, or servos; a
         file; or a function of a `State`. start, velocity: positions (home) and rates (0) of driven
         coordinates. hold: actuators that are not told otherwise keep the efforts that hold the
-        start under the file's own loads. method: "taylor" is exact to rounding, of constant
-        efforts. rest_speed: [m/s or rad/s] around which Coulomb friction changes its direction.
-        end_at_limits: nothing is told beyond the first. project: how often loops are closed [s].
+        start under the file's own loads. method: "radau" is for what is stiff, "taylor" exact to
+        rounding, of constant efforts. rest_speed: [m/s or rad/s] around which Coulomb friction
+        changes its direction. end_at_limits: nothing is told beyond the first. project: how often
+        loops are closed [s].
         Adds `effort`, `power`, energies, and how these and closed loops drift. Raises InputError.
         """
-        y, yd = beginning(self.driven, self.home, start, velocity)
-        begun = self.configuration(y, required(self.at(y))), yd
-        held = held_at(self.at, self.mechanics, y) if hold else {}
-        acts = efforts, self.home, held, loads
-        how = Options(*acts, rest_speed, rtol, project, end_at_limits, method)
-        return simulated(partial(self._part, bodies), begun, sampled(duration, rate), how)
+        acts = efforts, start, velocity, hold, rate
+        how = Options(duration, *acts, method, rtol, rest_speed, end_at_limits, project, loads)
+        return simulated(self, partial(self._part, bodies), how)
 
     def _part(self, bodies: bool | Sequence[str], left: Left | None = None) -> Part:
         """Of a simulation: by this solver or, where it was left, by one that others drive."""
