@@ -142,3 +142,112 @@ def test_what_is_not_at_rest_is_refused(tmp_path: Path) -> None:
         parakin.linearise(loaded("delta"), [0.0, 0.0, 9.0])
     with pytest.raises(InputError, match="nothing that makes forces"):
         parakin.linearise(parakin.compile("four-bar"))
+
+
+def ziegler(folder: Path, force: float) -> parakin.Solver:
+    """Two links of 1 m, springs of 1 N m, masses of 2 and 1 kg at their ends, under a force that
+    follows the second one.
+    """
+    light = "com = [1, 0, 0], inertia = [1e-12, 1e-12, 1e-12]"
+    (folder / "ziegler.toml").write_text(f"""
+name = "ziegler"
+gravity = 0
+driven = ["A", "B"]
+home.A = 0
+home.B = 0
+[bodies]
+a = {{ mass = 2, {light} }}
+b = {{ mass = 1, {light} }}
+[joints.A]
+kind = "revolute"
+parent = "base"
+child = "a"
+spring = {{ stiffness = 1 }}
+[joints.B]
+kind = "revolute"
+parent = "a"
+child = "b"
+on_parent = {{ at = [1, 0, 0] }}
+spring = {{ stiffness = 1 }}
+[forces.P]
+kind = "wrench"
+at = "b"
+force = [{-force}, 0, 0]
+axes = "body"
+""")
+    return parakin.compile(folder / "ziegler.toml", machine_code=False)
+
+
+@pytest.mark.parametrize("force", [1.0, 2.0, 2.5])
+def test_modes_under_a_force_that_follows(tmp_path: Path, force: float) -> None:
+    """Ziegler's column: M = [[3, 1], [1, 1]] in absolute angles, and K as he has it; it flutters
+    where (7 - 2 P)² < 8, from 2.086 N on.
+    """
+    found = parakin.linearise(ziegler(tmp_path, force))
+    matrix = np.linalg.solve(
+        np.array([[3.0, 1.0], [1.0, 1.0]]), np.array([[2.0 - force, force - 1.0], [-1.0, 1.0]])
+    )
+    squares = np.sort_complex(np.linalg.eigvals(matrix).astype(complex))
+    frequencies = found.modes()[0]
+    if force < 2.086:
+        assert frequencies == pytest.approx(np.sqrt(squares.real) / (2 * math.pi), rel=1e-6)
+    else:
+        assert np.isnan(frequencies).all()
+        assert found.poles.real.max() > 0.1
+
+
+def test_what_is_light_must_rest_too(tmp_path: Path) -> None:
+    """A gram that falls, beside a truck."""
+    (tmp_path / "big.toml").write_text("""
+name = "big"
+up = "y"
+driven = ["A", "Z"]
+home.A = 0
+home.Z = 0
+[bodies]
+arm = { mass = "1 g", com = [0.1, 0, 0], inertia = [1e-6, 1e-6, 1e-6] }
+truck = { mass = "10000 kg" }
+[joints.A]
+kind = "revolute"
+parent = "base"
+child = "arm"
+[joints.Z]
+kind = "prismatic"
+parent = "base"
+child = "truck"
+on_parent = { axis = [1, 0, 0] }
+on_child = { axis = [1, 0, 0] }
+spring = { stiffness = "1 N/m" }
+""")
+    big = parakin.compile(tmp_path / "big.toml", machine_code=False)
+    with pytest.raises(InputError, match="N m in A that nothing balances"):
+        parakin.linearise(big)
+    hanging = parakin.linearise(big, [-math.pi / 2, 0.0])
+    arm = math.sqrt(1e-3 * 9.80665 * 0.1 / (1e-6 + 1e-5)) / (2 * math.pi)
+    assert hanging.modes()[0] == pytest.approx([math.sqrt(1 / 1e4) / (2 * math.pi), arm], rel=1e-9)
+
+
+def test_a_payload_alone_hangs_in_equilibrium(tmp_path: Path) -> None:
+    (tmp_path / "swing.toml").write_text("""
+name = "swing"
+up = "y"
+driven = ["A"]
+home.A = "-90 deg"
+[bodies]
+arm = { points = { tip = [0.5, 0, 0] } }
+[joints.A]
+kind = "revolute"
+parent = "base"
+child = "arm"
+[forces.p]
+kind = "payload"
+at = "arm.tip"
+mass = "2 kg"
+""")
+    found = parakin.linearise(parakin.compile(tmp_path / "swing.toml", machine_code=False))
+    assert found.modes()[0] == pytest.approx([math.sqrt(9.80665 / 0.5) / (2 * math.pi)], rel=1e-9)
+    swing = parakin.compile(tmp_path / "swing.toml", machine_code=False)
+    with pytest.raises(InputError, match=r"y: found shape \(1, 2\)"):
+        parakin.linearise(swing, np.zeros((1, 2)))
+    with pytest.raises(InputError, match="efforts of A: found nan"):
+        parakin.linearise(swing, efforts={"A": math.nan})

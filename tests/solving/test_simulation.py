@@ -688,3 +688,22 @@ def test_a_delta_that_falls_freely_ends(tmp_path: Path) -> None:
     ds = delta.simulate(1.0, velocity=start, rate=100)
     assert set(ds["status"].values.tolist()) <= {int(each) for each in Status}
     assert np.isfinite(ds["position"].values[ds["status"].values == 0]).all()
+
+
+def test_efforts_as_results_have_them(tmp_path: Path) -> None:
+    """A table of `solve` with forces drives a simulation; positions are no efforts."""
+    from parakin.files.datasets import write
+
+    block = solver(
+        f'{BLOCK}[motions.m]\nduration = 1\nlaws = {{ X = {{ law = "poly4567", by = 0.3 }} }}\n',
+        tmp_path,
+    )
+    motion = block.solve("m", forces=True)
+    write(iter([motion]), tmp_path / "table.csv")
+    ds = block.simulate(1.0, tmp_path / "table.csv", rate=100)
+    assert ds["position"].values[-1, 0] == pytest.approx(0.3, abs=1e-5)
+    for header in ("X.position", "X,X.velocity"):
+        rest = ",1" * header.count("X")
+        (tmp_path / "e.csv").write_text(f"time,{header}\n0{rest}\n1{rest}\n")
+        with pytest.raises(InputError, match=r"a (position|velocity); expected efforts: X, or"):
+            block.simulate(1.0, tmp_path / "e.csv")

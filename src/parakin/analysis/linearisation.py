@@ -19,12 +19,16 @@ from parakin.arrays import ComplexArray, FloatArray
 from parakin.caching import cached_property
 from parakin.errors import InputError
 from parakin.kernel.forward import accelerations
+from parakin.kinematics.configuration import coordinate_scales
+from parakin.solving.forces import is_finite
 from parakin.solving.forward import Forward
 from parakin.solving.solver import Solver
 from parakin.solving.status import SOLVED
 from parakin.solving.tick import Tick
 
-_BALANCED = 1e-6  # of what the driven coordinates' forces are, what need not be balanced
+_AWAY = 1e-6  # rad, or characteristic lengths: as far as a pose may be from equilibrium
+_ROUNDING = 1e-12  # of all forces: what need not be balanced
+_ALIKE = 1e-9  # of a matrix: by how much one that is symmetric may not be
 
 
 @dataclass(frozen=True)
@@ -65,11 +69,20 @@ class Linearisation:
     def modes(self) -> tuple[FloatArray, FloatArray]:
         """Undamped: natural frequencies [Hz] (n,), the lowest first, negative where the pose is not
         stable (of the square, the sign of its root); and shapes of y in columns (n, n), of
-        a modal mass of one.
+        a modal mass of one. NaN where forces that follow bodies make it flutter: see `poles`.
         """
         lower = np.linalg.cholesky(self.mass)
-        half = np.linalg.solve(lower, (self.stiffness + self.stiffness.T) / 2)
-        squares, shapes = np.linalg.eigh(np.linalg.solve(lower, half.T))
+        half = np.linalg.solve(lower, self.stiffness)
+        matrix = np.linalg.solve(lower, half.T).T
+        if np.linalg.norm(matrix - matrix.T) <= _ALIKE * np.linalg.norm(matrix):
+            squares, shapes = np.linalg.eigh((matrix + matrix.T) / 2)
+        else:
+            found, vectors = (part.astype(complex) for part in np.linalg.eig(matrix))
+            order = np.argsort(found.real)
+            found, vectors = found[order], vectors[:, order]
+            real = np.abs(found.imag) <= _ALIKE * np.abs(found).max()
+            squares = np.where(real, found.real, np.nan)
+            shapes = np.where(real, vectors.real, np.nan)
         sizes = np.sqrt(np.abs(squares)) / (2 * math.pi)
         return np.copysign(sizes, squares), np.linalg.solve(lower.T, shapes)
 
@@ -90,6 +103,8 @@ def linearise(
     equilibrium, and as `Solver.simulate` does.
     """
     where = np.array([solver.home[name] for name in solver.driven]) if y is None else y
+    if np.shape(where) != (len(solver.driven),):
+        raise InputError("y", f"shape {np.shape(where)}", f"({len(solver.driven)},), one pose")
     tick = solver.at(where, guess=guess)
     if tick.status not in SOLVED:
         raise InputError("y", f"a pose that is not solved: {tick.why()}", "one within reach")
@@ -102,11 +117,10 @@ def linearise(
     held = _held(solver, actuators, position, tick, efforts, loads)
     pose = _Pose(forward, forward.state(at, np.zeros(len(position))), held, taken)
     mass = forward.mass_matrix(at, taken)
-    rest = mass @ pose.accelerations(pose.state)
-    _refuse_unbalanced(solver, rest, pose)
     n = len(position)
     columns = [mass @ pose.derivative(k) for k in range(2 * n)]
     found = -np.array(columns).T
+    _refuse_unbalanced(solver, mass @ pose.accelerations(pose.state), found[:, :n], pose)
     return Linearisation(
         solver.driven, actuators, mass, found[:, n:], found[:, :n], pose.actuation, held
     )
@@ -124,9 +138,14 @@ def _held(
         for name in efforts:
             if name not in actuators:
                 raise InputError("efforts", f"{name!r}, not actuated", ", ".join(actuators))
+            if not is_finite(efforts[name]):
+                raise InputError(f"efforts of {name}", repr(efforts[name]), "a finite number")
         return np.array([float(efforts.get(name, 0.0)) for name in actuators])
     if not any(c.actuated for c in solver.graph.coordinates):
         return np.zeros(len(actuators))
+    if len(actuators) != len(solver.driven):
+        found = f"{len(actuators)} actuated coordinates for {len(solver.driven)} freedoms"
+        raise InputError("efforts", found, "those that hold the pose, by name; {} for none")
     forces = solver.at(y, guess=tick, forces=True, loads=loads).forces
     assert forces is not None
     return forces.effort
@@ -191,15 +210,37 @@ class _Pose:
         return np.array([as_float(rate_of(a)) for a in self._of_driven(self._run(state))])
 
 
-def _refuse_unbalanced(solver: Solver, missing: FloatArray, pose: _Pose) -> None:
-    """missing: forces in the driven coordinates that nothing balances, (n,)."""
-    exerted = np.abs(pose.actuation).T @ np.abs(pose.efforts)
+def _refuse_unbalanced(
+    solver: Solver, missing: FloatArray, stiffness: FloatArray, pose: _Pose
+) -> None:
+    """missing: forces in the driven coordinates that nothing balances, (n,): no more than rounding,
+    or so little that the equilibrium is next to the pose.
+    """
     graph = solver.plan.graph
-    weight = sum(mass.mass for mass in graph.dynamics.masses.values())
-    size = exerted.max(initial=0.0) + weight * math.hypot(*graph.dynamics.gravity) * graph.length
-    if not np.abs(missing).max() <= _BALANCED * size:
-        k = int(np.nan_to_num(np.abs(missing), nan=np.inf).argmax())
+    try:
+        with np.errstate(all="ignore"):
+            away = np.linalg.solve(stiffness, missing)
+    except np.linalg.LinAlgError:
+        away = np.full(len(missing), np.inf)
+    near = np.abs(away) <= _AWAY * coordinate_scales(graph)[list(solver.plan.driven)]
+    level = np.abs(missing) <= _ROUNDING * _exerted(solver, pose)
+    if not (near.all() or level.all()):
+        k = int(np.nan_to_num(np.abs(missing) * ~level, nan=np.inf).argmax())
         name = solver.driven[k]
         unit = "N m" if graph.is_angle(name) else "N"
         found = f"a pose with {missing[k]:.4g} {unit} in {name} that nothing balances"
         raise InputError("y", found, "a pose of equilibrium, or efforts that hold it")
+
+
+def _exerted(solver: Solver, pose: _Pose) -> float:
+    """How large the forces may be that balance each other: of efforts, weight and springs."""
+    graph = solver.plan.graph
+    dynamics, length = graph.dynamics, graph.length
+    size = float((np.abs(pose.actuation).T @ np.abs(pose.efforts)).max(initial=0.0))
+    masses = [*dynamics.masses.values(), *(load.mass for load in dynamics.loads)]
+    weight = sum(mass.mass for mass in masses) * math.hypot(*dynamics.gravity)
+    stretched = sum(spring.stiffness for spring in dynamics.springs) * length
+    size += (weight + stretched) * length
+    for k, passive in dynamics.passive.items():
+        size += passive.stiffness * (1.0 if graph.coordinates[k].angle else length**2)
+    return size

@@ -88,6 +88,23 @@ def read_histories(
     return time, given["position"]
 
 
+def read_efforts(path: Path, dimensions: Mapping[str, Dimension]) -> tuple[FloatArray, FloatArray]:
+    """Times (n,) [s] and efforts (m, n) in SI of a CSV file with a column for each of these
+    coordinates: `NAME` or, as in our own results, `NAME.effort`. Raises InputError.
+    """
+    _, header = next(_lines(path), (0, ""))
+    headers = _cells(header, max(",;\t", key=header.count), f"{path}, header") if header else []
+    names = [match[1] if (match := _COLUMN.fullmatch(each)) else each for each in headers]
+    if any(f"{name}.effort" in names for name in dimensions):
+        return read_histories(path, {f"{name}.effort": d for name, d in dimensions.items()})
+    for name in names:
+        coordinate, _, quantity = name.rpartition(".")
+        if coordinate in dimensions and quantity in ORDERS:
+            expected = f"efforts: {coordinate}, or {coordinate}.effort"
+            raise InputError(f"{path}, column {name!r}", f"a {quantity}", expected)
+    return read_histories(path, dimensions)
+
+
 def _read(
     path: Path, dimensions: Mapping[str, Dimension]
 ) -> tuple[FloatArray, dict[str, FloatArray]]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from parakin.arrays import FloatArray
 from parakin.errors import InputError, nearest
-from parakin.files.motion_csv import read_histories
+from parakin.files.motion_csv import read_efforts
 from parakin.files.motion_toml import law_from_table
 from parakin.files.parsing import parse_toml, read_text
 from parakin.model.expressions import Parameters
@@ -75,7 +75,7 @@ def applied(
         read = _Tables(graph, units, home, sample, held, f"{given}: efforts.", path.parent)
         return read.applied(tables["efforts"])
     if isinstance(given, (str, Path)):
-        time, values = read_histories(Path(given), units)
+        time, values = read_efforts(Path(given), units)
         step = min(sample, _A_SAMPLE * float(np.diff(time).min()))
         return Applied(_from_samples(str(given), time, values), step=step)
     if callable(given):

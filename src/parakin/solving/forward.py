@@ -119,6 +119,9 @@ class Forward:
         if not values[0] > _LIGHT * values[-1]:
             most = plan.driven[int(np.abs(vectors[:, 0]).argmax())]
             found = f"a freedom, mostly {plan.graph.coordinates[most].name}, that moves no mass"
+            if values[0] > 0.0:
+                part = values[0] / values[-1]
+                found = f"{found} to speak of, {part:.1g} of what another one moves"
             expected = "masses, with inertia, of the bodies that it moves; or an armature"
             raise InputError(f"{plan.graph.mechanism.where}: bodies", found, expected)
 

@@ -191,8 +191,10 @@ def _with_forces(
     variables, labels = force_variables(forces, Asked(energies=True))
     balance = whole([each.balance for each in told])
     closure = whole([each.closure_drift for each in told])
+    with np.errstate(invalid="ignore"):  # where energies are infinite
+        drift = balance - balance[0]
     drifts = (
-        ("energy_drift", balance - balance[0], "J", "energy beyond the first and the work since"),
+        ("energy_drift", drift, "J", "energy beyond the first and the work since"),
         ("closure_drift", closure, "m", "norm of closure rows of what was integrated"),
     )
     for name, values, unit, about in drifts:

@@ -141,7 +141,10 @@ def drift_words(result: xr.Dataset) -> str:
         float(np.fmax.reduce(np.abs(result[name].values), initial=0.0))
         for name in ("energy_drift", "closure_drift")
     )
-    return f"energy drifts by {energy:.1e} J at most, loops open by {loops:.1e} m"
+    drifts = f"energy drifts by {energy:.1e} J at most, loops open by {loops:.1e} m"
+    if "ended" in result.attrs:
+        return f"{drifts}\nended {result.attrs['ended']}"
+    return drifts
 
 
 def warnings(found: ForceExtremes, graph: Graph) -> Iterator[str]:
