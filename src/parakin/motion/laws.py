@@ -7,6 +7,7 @@ Positions are in metres or radians, times in seconds, frequencies in hertz, phas
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -94,8 +95,20 @@ def polynomial4567(start: float, by: float, duration: float, begin: float = 0.0)
 
 
 def _polynomial(coefficients: Sequence[float], u: FloatArray) -> tuple[FloatArray, ...]:
+    return tuple(_horner(each, u) for each in _with_derivatives(tuple(coefficients)))
+
+
+@functools.cache
+def _with_derivatives(coefficients: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
     p = np.polynomial.Polynomial(coefficients)
-    return p(u), p.deriv()(u), p.deriv(2)(u), p.deriv(3)(u)
+    return tuple(tuple((p.deriv(k) if k else p).coef.tolist()) for k in range(4))
+
+
+def _horner(coefficients: tuple[float, ...], u: FloatArray) -> FloatArray:
+    total = np.full_like(u, coefficients[-1])
+    for coefficient in coefficients[-2::-1]:
+        total = coefficient + total * u
+    return total
 
 
 def _rest_to_rest(shape: Law, start: float, by: float, duration: float, begin: float) -> Law:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -161,7 +161,8 @@ class _Batch:
         """At times (n,) [s], in steps of at most `step` [s]."""
         self.solver.mechanics.check_histories(times[[0, -1]], self.runs.loads)
         states, status = self._begin()
-        reference = self.forward.run(states, self._nothing, self._loads(0.0))[self._lean :]
+        forward = self.forward
+        reference = forward.figures(forward.run(states, self._nothing, self._loads(0.0)))
         told = [self._told(float(times[0]), states, reference, status)]
         for begin, end in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
             count = max(1, math.ceil((end - begin) / step * (1.0 - 1e-9)))
@@ -241,8 +242,7 @@ class _Batch:
         self, time: float, states: FloatArray, reference: FloatArray, before: StatusArray
     ) -> _Told:
         """Of a moment: before, the status of runs until then."""
-        rows = replace(self.forward.rows, told=True)
-        telling = Forward(self.forward.chart, rows)
+        telling = self.forward.telling
         out = telling.run(states, self._efforts(time, states), self._loads(time))
         driven, unknowns, _, rates = self.forward.parts(states)
         tick = self._solved(driven, unknowns, rates, self.forward.parts(out[: self._lean])[3])
@@ -253,14 +253,19 @@ class _Batch:
                 other = apart(self.solver.graph, name, np.asarray(tick.value(name)) - values)
                 status[other & are(SOLVED, status)] = Status.BRANCH_CHANGE
         with np.errstate(all="ignore"):
-            figures = out[self._lean : self._lean + len(reference)] / reference
+            figures = telling.figures(out) / reference
         status[~(figures.min(axis=0, initial=1.0) >= GRIP)] = Status.SINGULAR
         status[~np.isfinite(states).all(axis=0)] = Status.NOT_SMOOTH
         gone = ~are(SOLVED if time else BEGINS, before)
         status[gone] = Status.NOT_REACHED if time else before[gone]
-        m = len(rows.actuated)
-        effort, (kinetic, potential, _, _, gap) = out[-2 * m - 5 :][:m], out[-5:]
-        return _Told(tick, status, effort, np.array([kinetic + potential - states[-1], gap]))
+        told = telling.told(out)
+        kinetic, potential, _, _, gap = told[-5:]
+        return _Told(
+            tick,
+            status,
+            told[: len(telling.rows.actuated)],
+            np.array([kinetic + potential - states[-1], gap]),
+        )
 
     def _solved(self, y: FloatArray, unknowns: FloatArray, yd: FloatArray, ydd: FloatArray) -> Tick:
         """What `at` says of a moment's poses, near what was integrated."""

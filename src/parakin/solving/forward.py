@@ -47,7 +47,7 @@ class Forward:
         asks: bool = False,
     ) -> Forward:
         """rest, servos: see `ForwardRows`. actuated: `actuated_of` its plan by default. asks:
-        whether efforts may depend on how far actuated coordinates have turned. Raises
+        whether efforts may depend on all coordinates. Raises
         InputError where there is nothing that makes forces, friction that a simulation does not
         know, or an idle freedom, which would be held.
         """
@@ -69,7 +69,8 @@ class Forward:
         counted = dict.fromkeys([*wound(plan), *turning])
         known = {*plan.driven, *plan.unknowns, *plan.affine}
         outside = tuple(k for k in counted if k not in known)
-        return cls(chart, ForwardRows(plan, moved, outside, rest, servos))
+        seen = tuple(range(len(graph.plain.coordinates))) if asks else ()
+        return cls(chart, ForwardRows(plan, moved, outside, rest, servos, seen=seen))
 
     @property
     def _key(self) -> tuple[object, ...]:
@@ -77,16 +78,26 @@ class Forward:
         return rows.actuated, rows.wound, rows.rest, rows.servos, rows.told, rows.seen
 
     @cached_property
-    def seeing(self) -> Forward:
-        """The same that also returns positions and rates of all coordinates."""
-        seen = tuple(range(len(self.rows.plan.graph.plain.coordinates)))
-        return Forward(self.chart, replace(self.rows, seen=seen))
+    def telling(self) -> Forward:
+        """The same that also tells efforts, energies and how far loops are open."""
+        return Forward(self.chart, replace(self.rows, told=True))
+
+    def told(self, out: FloatArray) -> FloatArray:
+        """Of what `telling` returned: efforts and rates of the actuated coordinates, kinetic and
+        potential energy, power lost and applied, gap (2 m + 5,) or (2 m + 5, n).
+        """
+        after = self.rows.state + len(self.rows.plan.blocks)
+        return out[after : after + 2 * len(self.rows.actuated) + 5]
+
+    def figures(self, out: FloatArray) -> FloatArray:
+        """Of what `run` returned, how well each block's rows determine its unknowns."""
+        return out[self.rows.state : self.rows.state + len(self.rows.plan.blocks)]
 
     def seen(self, time: float, state: FloatArray, loads: FloatArray) -> State:
         """What a function of a state (s,) or (s, n) is told of it."""
-        rows = self.seeing.rows
+        rows = self.rows
         nothing = np.zeros((rows.efforts, *state.shape[1:]))
-        found = self.seeing.run(state, nothing, loads)[-2 * len(rows.seen) :]
+        found = self.run(state, nothing, loads)[-2 * len(rows.seen) :]
         names = names_of(rows.plan.graph, rows.seen)
         values = found.tolist() if found.ndim == 1 else list(found)
         position = dict(zip(names, values[: len(names)], strict=True))

@@ -8,7 +8,7 @@ coordinates do, others can. The driven coordinates' motion is then solved like a
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -104,9 +104,10 @@ class Simulation:
     method: str = "dop853"
 
     def forward(self, chart: Chart) -> Forward:
-        return Forward.of(
-            chart, self.rest, self.actuated, servos=self.acting.servos, asks=self.acting.asks
-        )
+        """That of a chart, which tells all that there is, so that it need be compiled once."""
+        acting = self.acting
+        lean = Forward.of(chart, self.rest, self.actuated, servos=acting.servos, asks=acting.asks)
+        return lean.telling
 
     def run(
         self,
@@ -205,7 +206,7 @@ class Simulation:
     def _figures(self, forward: Forward, state: FloatArray, time: float) -> FloatArray:
         """How well each block's rows determine its unknowns."""
         nothing = np.zeros(forward.rows.efforts)
-        return forward.run(state, nothing, self._at(time))[forward.rows.state :]
+        return forward.figures(forward.run(state, nothing, self._at(time)))
 
     def _rates(self, forward: Forward, time: float, state: FloatArray) -> FloatArray:
         efforts = self._efforts(forward, time, state)
@@ -261,10 +262,9 @@ class Simulation:
         positions: dict[str, FloatArray] = {}
         for segment, inside in _sorted(segments, times):
             forward, states = segment.forward, segment.found.states(times[inside])
-            telling = Forward(forward.chart, replace(forward.rows, told=True))
             pairs = zip(times[inside].tolist(), states.T, strict=True)
             efforts = np.array([self._efforts(forward, t, x) for t, x in pairs]).T
-            out = telling.run(states, efforts, self.loads(times[inside]))
+            out = forward.run(states, efforts, self.loads(times[inside]))
             driven, unknowns, _, rates = forward.parts(states)
             motion[:, :, inside] = driven, rates, forward.parts(out[: forward.rows.state])[3]
             for name, values in zip(
@@ -273,7 +273,7 @@ class Simulation:
                 strict=True,
             ):
                 positions.setdefault(name, np.full(n, np.nan))[inside] = values
-            told = out[-2 * m - 5 :]
+            told = forward.told(out)
             effort[:, inside], power[:, inside] = told[:m], told[:m] * told[m : 2 * m]
             rest[:, inside], work[inside] = told[2 * m :], states[-1]
         balance = rest[0] + rest[1] - work
