@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import importlib
 import re
 import subprocess
@@ -85,7 +86,10 @@ def test_the_python_about_simulation_runs(capsys: pytest.CaptureFixture[str]) ->
     for code in blocks("docs/simulation.md", "python"):
         exec(compile(code, "simulation.md", "exec"), names)
     told = re.findall(r"-?[\d.]+(?:e-?\d+)?", capsys.readouterr().out)
-    height, drift, *frequencies = map(float, told)
+    height, drift, *rest = map(float, told)
+    heights, frequencies = rest[:64], rest[64:]
+    assert heights == sorted(heights, reverse=True)  # the heavier, the lower
+    assert heights[0] < 1.05
     assert len(frequencies) == 6
     assert max(frequencies) < 1.0  # nothing holds it but constant efforts
     assert height < 1.1  # of what falls when a leg lets go
@@ -104,6 +108,30 @@ def test_the_command_that_simulates_leaves_a_table_and_a_figure() -> None:
     assert main(command[1:]) == 0
     assert Path("fall.csv").read_text().count("\n") == 502
     assert Path("fall.png").read_bytes()[:4] == b"\x89PNG"
+    payload = ("--payload", "100 kg at platform", "--hold", "--load", "payload=0")
+    assert main(["simulate", "gough-stewart", *payload, "--duration", "20 ms", "-o", "up.csv"]) == 0
+    first, *_, last = csv.DictReader(Path("up.csv").read_text().splitlines())
+    assert float(last["platform.z.position"]) > float(first["platform.z.position"])
+
+
+@pytest.mark.usefixtures("elsewhere")
+def test_the_servo_in_the_document_about_simulation_is_read() -> None:
+    (text,) = blocks("docs/simulation.md", "toml")
+    Path("park.toml").write_text(text)
+    hexapod = parakin.compile("gough-stewart")
+    result = hexapod.simulate(0.2, "park.toml", hold=True, rate=100)
+    leg = result.sel(coordinate="P1").position
+    assert float(leg[-1]) < float(leg[0])
+
+
+@pytest.mark.usefixtures("elsewhere")
+def test_figures_of_simulations_are_drawn_by_the_example() -> None:
+    script = [sys.executable, str(ROOT / "examples" / "simulations.py"), "drawn"]
+    subprocess.run(script, check=True, capture_output=True)
+    made = {path.name for path in Path("drawn").iterdir()}
+    assert made == set(
+        re.findall(r"figures/([\w.-]+)\)", (ROOT / "docs" / "simulation.md").read_text())
+    )
 
 
 @pytest.mark.usefixtures("elsewhere")
