@@ -11,14 +11,12 @@ the energy is that of what is told, by `four_bar.energy`. Nothing else should ru
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
-from unittest.mock import patch
 
 import numpy as np
 
@@ -107,33 +105,36 @@ on_child = {{ at = [{COUPLER}, 0, 0], axis = [0, 1, 0] }}
 """
 
 
-@contextmanager
-def integrations() -> Iterator[list[Any]]:
-    """SciPy's, while this lasts: parakin does not tell steps and right-hand sides."""
-    import scipy.integrate
-
-    plain, found = scipy.integrate.solve_ivp, []
-
-    def keeping(*args: Any, **options: Any) -> Any:
-        found.append(plain(*args, **options))
-        return found[-1]
-
-    with patch("scipy.integrate.solve_ivp", keeping):
-        yield found
-
-
-def of_parakin(duration: float, rtol: float) -> Run:
+def solver() -> parakin.Solver:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "four-bar.toml"
         path.write_text(parakin_file())
-        solver = parakin.compile(path)
+        return parakin.compile(path)
+
+
+def of_parakin(duration: float, rtol: float, method: str = "dop853") -> Run:
+    bars = solver()
 
     def run() -> Told:
-        with integrations() as found:
-            result = solver.simulate(duration, velocity={"A": SPEED}, rate=RATE, rtol=rtol)
+        result = bars.simulate(duration, velocity={"A": SPEED}, rate=RATE, rtol=rtol, method=method)
         crank = parakin.require_solved(result).sel(coordinate="A")
-        steps, sides = (len(one.sol.ts) - 1 for one in found), (one.nfev for one in found)
-        return Told(crank.position.values, crank.velocity.values, sum(steps), sum(sides))
+        sides = result.attrs["evaluations"] or None
+        return Told(crank.position.values, crank.velocity.values, result.attrs["steps"], sides)
+
+    return run
+
+
+def of_batch(duration: float, step: float, runs: int) -> Run:
+    """The first of so many runs, all of which go through it."""
+    bars, speeds = solver(), SPEED + 1e-3 * np.arange(runs)
+
+    def run() -> Told:
+        result = parakin.simulate_batch(
+            bars, duration, velocity={"A": speeds}, step=step, rate=RATE
+        )
+        crank = result.isel(run=0).sel(coordinate="A")
+        steps = runs * round(duration / step)
+        return Told(crank.position.values, crank.velocity.values, steps, 4 * steps)
 
     return run
 
@@ -156,7 +157,9 @@ HEADINGS = (
 WAYS = (
     Way(*PARAKIN, "DOP853, rtol 1e-9", lambda t: of_parakin(t, 1e-9)),
     Way(*PARAKIN, "DOP853, rtol 1e-11", lambda t: of_parakin(t, 1e-11)),
-    # Another way of parakin's to integrate is a row here.
+    Way(*PARAKIN, "Taylor, rtol 1e-15", lambda t: of_parakin(t, 1e-15, "taylor")),
+    Way(*PARAKIN, "RK4, 1 ms, alone", lambda t: of_batch(t, 1e-3, 1)),
+    Way(*PARAKIN, "RK4, 1 ms, 512 at once", lambda t: of_batch(t, 1e-3, 512)),
     Way(*MUJOCO, "RK4, 1 ms, constraints as they come", lambda t: of_mujoco(t, 1e-3, False)),
     Way(*MUJOCO, "RK4, 1 ms, stiff", lambda t: of_mujoco(t, 1e-3, True)),
     Way(*MUJOCO, "RK4, 0.1 ms, stiff", lambda t: of_mujoco(t, 1e-4, True)),

@@ -136,11 +136,16 @@ class Forward:
             expected = "masses, with inertia, of the bodies that it moves; or an armature"
             raise InputError(f"{plan.graph.mechanism.where}: bodies", found, expected)
 
+    @cached_property
+    def _ends(self) -> tuple[int, int, int, int]:
+        """Where driven positions, unknowns, wound angles and driven rates end in a state."""
+        n, m, w = len(self.rows.plan.driven), len(self.rows.plan.unknowns), len(self.rows.wound)
+        return n, n + m, n + m + w, n + m + w + n
+
     def parts(self, state: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Driven positions, unknowns, wound angles, driven rates: of a state (s,) or (s, n)."""
-        n, m, w = len(self.rows.plan.driven), len(self.rows.plan.unknowns), len(self.rows.wound)
-        a, b = n + m, n + m + w
-        return state[:n], state[n:a], state[a:b], state[b : b + n]
+        a, b, c, d = self._ends
+        return state[:a], state[a:b], state[b:c], state[c:d]
 
     def state(self, at: Configuration, rates: FloatArray, work: float = 0.0) -> FloatArray:
         """A configuration, full turns counted, with the driven coordinates' rates and the work [J]
@@ -172,9 +177,8 @@ class Forward:
     ) -> FloatArray:
         """The rates of a state, (s,) or (s, n), and below them the figures of its blocks."""
         out = np.empty((self.rows.count, *state.shape[1:]))
-        inputs = np.ascontiguousarray(np.concatenate([state, efforts, loads]))
-        self.kernel(inputs, out, parallel)
-        return np.concatenate([self.parts(state)[3], out])
+        self.kernel(np.concatenate((state, efforts, loads)), out, parallel)
+        return np.concatenate((state[self._ends[2] : self._ends[3]], out))
 
 
 def actuated_of(plan: Plan) -> tuple[int, ...]:

@@ -17,6 +17,7 @@ from parakin.arrays import FloatArray
 from parakin.kernel.backends import Taylor
 
 _ASIDE = 0.02  # of a step: where slopes of its polynomial are taken
+_FINEST = 2.3e-14  # rtol, as SciPy has it
 _COUNTED = 2000  # steps over which it is seen how fast time goes by
 _MOST = 2e7  # evaluations, if it went on like that to the end: more are not worth waiting for
 STIFF = "its steps have become too short; method 'radau' is for what is stiff"
@@ -26,7 +27,7 @@ VANISHED = "its steps have vanished"
 class Integrated(NamedTuple):
     """states: those at any times (n,) within, (s, n). knots (k,): from the first time to the last
     [s], the states being smooth between two. lost: whether the end came early, since nothing was
-    left; failed: or since steps were too short, and why.
+    left; failed: or since steps were too short, and why. evaluations: of the rates, where known.
     """
 
     states: Callable[[FloatArray], FloatArray]
@@ -34,6 +35,7 @@ class Integrated(NamedTuple):
     last: FloatArray
     lost: bool
     failed: str
+    evaluations: int = 0
 
     @property
     def end(self) -> float:
@@ -66,14 +68,17 @@ def integrated(
     step: float,
     stiff: bool,
 ) -> Integrated:
-    """From a state (s,) on, until nothing is `left` or to the end of the span [s]. scales (s,):
-    what counts as one of each; step: the longest [s]; stiff: by the implicit Radau method.
+    """From a state (s,) on, until nothing is `left` or to the end of the span [s]. rtol: of each
+    component in each step. scales (s,): what counts as one of each; step: the longest [s]; stiff:
+    by the implicit Radau method.
     """
     from scipy.integrate import DOP853, OdeSolution, Radau
 
     method = Radau if stiff else DOP853
+    each = rtol / np.sqrt(len(state))  # SciPy bounds the root of the mean of squares
+    bounds = {"rtol": max(each, _FINEST), "atol": each * scales}
     with np.errstate(all="ignore"):  # what runs away ends, and is flagged
-        way = method(rates, span[0], state, span[1], max_step=step, rtol=rtol, atol=rtol * scales)
+        way = method(rates, span[0], state, span[1], max_step=step, **bounds)
         knots, pieces, lost, failed = [span[0]], [], False, ""
         if not np.isfinite(way.h_abs):
             return resting(state, span[0], VANISHED)
@@ -87,8 +92,8 @@ def integrated(
             pieces.append(way.dense_output())
             lost = not left(way.t, way.y) > 0.0
             if len(pieces) % _COUNTED == 0:
-                each = (way.nfev - mark[1]) / (way.t - mark[0])
-                if each * (span[1] - span[0]) > _MOST:
+                pace = (way.nfev - mark[1]) / (way.t - mark[0])
+                if pace * (span[1] - span[0]) > _MOST:
                     failed = VANISHED if stiff else STIFF
                     break
                 mark = (way.t, way.nfev)
@@ -97,7 +102,7 @@ def integrated(
         if lost:
             knots[-1] = _last_time(left, pieces[-1], knots[-2], knots[-1])
     last = way.y if not lost else pieces[-1](knots[-1])
-    return Integrated(OdeSolution(knots, pieces), np.array(knots), last, lost, failed)
+    return Integrated(OdeSolution(knots, pieces), np.array(knots), last, lost, failed, way.nfev)
 
 
 def _last_time(

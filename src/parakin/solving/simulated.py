@@ -72,6 +72,7 @@ def simulated(
     result = _with_forces(result, simulation, parts)
     result.attrs |= {"method": options.method, "rtol": options.rtol}
     result.attrs["steps"] = sum(each.steps for each in parts)
+    result.attrs["evaluations"] = sum(each.evaluations for each in parts)
     if found.why:
         result.attrs["ended"] = f"at {found.ended:.6g} s: {found.because}"
     return ended_at_limits(result) if options.end_at_limits else result

@@ -71,7 +71,8 @@ class Left(NamedTuple):
 
 class Simulated(NamedTuple):
     """A simulation: its driven coordinates as a motion, what else is told of its samples; when it
-    `ended`, why (CONVERGED if at its end), in words too; and where others are to go on.
+    `ended`, why (CONVERGED if at its end), in words too; how many steps and evaluations it took;
+    and where others are to go on.
     """
 
     motion: Motion
@@ -80,6 +81,7 @@ class Simulated(NamedTuple):
     why: Status
     because: str
     steps: int
+    evaluations: int
     left: Left | None = None
 
 
@@ -146,7 +148,8 @@ class Simulation:
         because = (
             segments[-1].found.failed or "no other choice of rows or driven coordinates is better"
         )
-        return Simulated(motion, told, ended, why, because, len(knots) - 1, left)
+        sides = sum(segment.found.evaluations for segment in segments)
+        return Simulated(motion, told, ended, why, because, len(knots) - 1, sides, left)
 
     def _go(
         self,
