@@ -45,6 +45,7 @@ from benchmarks.peers.four_bar_engines import (
     of_pinocchio_rk4,
     sampled,
 )
+from benchmarks.peers.four_bar_others import of_drake, of_opensim
 from benchmarks.timing import best, machine
 
 
@@ -143,6 +144,8 @@ PARAKIN = "parakin", "parakin", "parakin"
 MUJOCO = "MuJoCo", "mujoco", "mujoco"
 EXUDYN = "exudyn", "exudyn", "exudyn"
 PINOCCHIO = "Pinocchio", "pin", "pinocchio"
+DRAKE = "Drake", "drake", "pydrake"
+OPENSIM = "OpenSim", "opensim", "opensim"
 HEADINGS = (
     "four-bar, 5 s",
     "error at the end [rad]",
@@ -168,6 +171,10 @@ WAYS = (
     Way(*PINOCCHIO, "RK4, 1 ms", lambda t: of_pinocchio_rk4(t, 1e-3)),
     Way(*PINOCCHIO, "DOP853, rtol 1e-9", lambda t: of_pinocchio_dop853(t, 1e-9)),
     Way(*PINOCCHIO, "DOP853, rtol 1e-11", lambda t: of_pinocchio_dop853(t, 1e-11)),
+    Way(*DRAKE, "SAP, 1 ms", lambda t: of_drake(t, 1e-3)),
+    Way(*DRAKE, "SAP, 0.1 ms", lambda t: of_drake(t, 1e-4)),
+    Way(*OPENSIM, "Runge-Kutta-Merson, 1e-7", lambda t: of_opensim(t, 1e-7)),
+    Way(*OPENSIM, "Runge-Kutta-Merson, 1e-9", lambda t: of_opensim(t, 1e-9)),
 )
 
 
@@ -184,11 +191,12 @@ def row(way: Way, truth: Floats) -> str:
     off = np.abs(told.angle - truth)
     energies = np.array([energy(q, qd) for q, qd in zip(told.angle, told.rate, strict=True)])
     drift = np.abs(energies - energy(0.0, SPEED)).max()
+    pace = f"{told.steps / seconds / 1e3:.1f}"
     sides = "" if told.sides is None else f"{told.sides / seconds / 1e3:.0f}"
     return (
         f"| {way.engine} {version(way.distribution)}, {way.how} "
-        f"| {off[-1]:.0e} | {off.max():.0e} | {drift:.0e} | {told.steps:,} "
-        f"| {1e3 * seconds:.0f} ms | {told.steps / seconds / 1e3:.1f} | {sides} | {first:.2f} s |"
+        f"| {off[-1]:.0e} | {off.max():.0e} | {drift:.0e} | {f'{told.steps:,}' * bool(told.steps)} "
+        f"| {1e3 * seconds:.0f} ms | {pace * bool(told.steps)} | {sides} | {first:.2f} s |"
     )
 
 

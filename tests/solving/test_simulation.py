@@ -707,3 +707,16 @@ def test_efforts_as_results_have_them(tmp_path: Path) -> None:
         (tmp_path / "e.csv").write_text(f"time,{header}\n0{rest}\n1{rest}\n")
         with pytest.raises(InputError, match=r"a (position|velocity); expected efforts: X, or"):
             block.simulate(1.0, tmp_path / "e.csv")
+
+
+def test_times_that_are_asked_for(tmp_path: Path) -> None:
+    block = solver(f"{BLOCK}spring = {{ stiffness = 400 }}\n", tmp_path)
+    times = [0.1, 0.13, 1.7]
+    ds = block.simulate(2.0, start={"X": 1.0}, times=times, rtol=1e-11)
+    assert ds["time"].values.tolist() == times
+    expected = np.cos(10.0 * np.array(times))
+    assert ds["position"].values[:, 0] == pytest.approx(expected, abs=1e-9)
+    assert ds["energy_drift"].values == pytest.approx(0.0, abs=1e-8)
+    for wrong in ([0.2, 0.1], [-1.0, 0.0], [0.0, 3.0], [math.nan], [], "x", [[0.0]]):
+        with pytest.raises(InputError, match="times: found"):
+            block.simulate(2.0, times=wrong)

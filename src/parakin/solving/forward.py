@@ -177,7 +177,8 @@ class Forward:
     ) -> FloatArray:
         """The rates of a state, (s,) or (s, n), and below them the figures of its blocks."""
         out = np.empty((self.rows.count, *state.shape[1:]))
-        self.kernel(np.concatenate((state, efforts, loads)), out, parallel)
+        inputs = np.ascontiguousarray(np.concatenate((state, efforts, loads)))
+        self.kernel(inputs, out, parallel)
         return np.concatenate((state[self._ends[2] : self._ends[3]], out))
 
 

@@ -53,6 +53,7 @@ class Options(NamedTuple):
     velocity: Mapping[str, float] | None
     hold: bool
     rate: float
+    times: ArrayLike | None
     method: str
     rtol: float
     rest_speed: float
@@ -123,6 +124,22 @@ def _refuse_changing(simulation: Simulation) -> None:
     if not (simulation.home.machine_code and has_machine_code()):
         found = "'taylor', without machine code"
         raise InputError("method", found, "heyoka installed; or method 'dop853'")
+
+
+def at_times(options: Options) -> FloatArray:
+    """The times (n,) [s] that are asked for. Raises InputError."""
+    regular = sampled(options.duration, options.rate)
+    if options.times is None:
+        return regular
+    try:
+        times = np.array(options.times, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError("times", repr(options.times)[:80], "numbers [s]") from None
+    inside = times.ndim == 1 and len(times) and times[0] >= 0.0 and times[-1] <= options.duration
+    if not (inside and (np.diff(times) > 0.0).all()):
+        expected = f"increasing times from 0 to {options.duration:g} s"
+        raise InputError("times", repr(options.times)[:80], expected)
+    return times
 
 
 def sampled(duration: float, rate: float) -> FloatArray:

@@ -19,7 +19,7 @@ from parakin.solving.force_variables import force_variables
 from parakin.solving.forces import Asked, Forces
 from parakin.solving.forward import names_of
 from parakin.solving.motors import at_motors
-from parakin.solving.options import Options, Simulable, beginning, required, sampled
+from parakin.solving.options import Options, Simulable, at_times, beginning, required
 from parakin.solving.simulation import Left, Simulated, Simulation
 from parakin.solving.status import SOLVED, Status
 from parakin.solving.windows import Windows
@@ -44,7 +44,8 @@ def simulated(
     """What `Solver.simulate` returns. part: what solves the first part, or the one that goes on
     where driven coordinates have left it. Raises InputError.
     """
-    times = sampled(options.duration, options.rate)
+    asked = at_times(options)
+    times = asked if asked[0] == 0.0 else np.concatenate([[0.0], asked])
     y, yd = beginning(solver.driven, solver.home, options.start, options.velocity)
     at = solver.configuration(y, required(solver.at(y)))
     there, simulation = part(None), options.simulation(solver, y)
@@ -75,7 +76,9 @@ def simulated(
     result.attrs["evaluations"] = sum(each.evaluations for each in parts)
     if found.why:
         result.attrs["ended"] = f"at {found.ended:.6g} s: {found.because}"
-    return ended_at_limits(result) if options.end_at_limits else result
+    if options.end_at_limits:
+        result = ended_at_limits(result)
+    return result if len(asked) == len(times) else result.isel(time=slice(1, None))
 
 
 def _solved(graph: Graph, windows: Windows, found: Simulated, rtol: float) -> xr.Dataset:

@@ -336,6 +336,7 @@ class Solver:
         velocity: Mapping[str, float] | None = None,
         hold: bool = False,
         rate: float = 1000.0,
+        times: ArrayLike | None = None,
         rtol: float = 1e-9,
         method: str = "dop853",
         rest_speed: float = 1e-3,
@@ -345,7 +346,7 @@ class Solver:
         loads: Mapping[str, ArrayLike] | None = None,
     ) -> xr.Dataset:
         """The motion that forces make in `duration` seconds, as `solve` gives motions, at `rate`
-        samples a second.
+        samples a second or at these times (n,) [s].
 
         efforts: of actuated coordinates, by name: numbers [N or N m], tables of laws, or servos; a
         file; or a function of a `State`. start, velocity: positions (home) and rates (0) of driven
@@ -356,7 +357,7 @@ class Solver:
         loops are closed [s].
         Adds `effort`, `power`, energies, and how these and closed loops drift. Raises InputError.
         """
-        acts = efforts, start, velocity, hold, rate
+        acts = efforts, start, velocity, hold, rate, times
         how = Options(duration, *acts, method, rtol, rest_speed, end_at_limits, project, loads)
         return simulated(self, partial(self._part, bodies), how)
 
