@@ -8,7 +8,8 @@ import pytest
 import parakin
 from parakin.kinematics.configuration import configure
 from parakin.solving.atlas import Atlas
-from parakin.solving.charts import Chart, also_known, least_singular_value
+from parakin.solving.charts import Chart, also_known
+from parakin.solving.grip import least_singular_value
 
 LEGS = tuple(f"P{i}" for i in range(1, 7))
 
@@ -56,7 +57,7 @@ def test_a_chart_made_elsewhere_gives_the_same_pose() -> None:
     y = np.array([solver.home[name] for name in LEGS]) + 0.02
     tick = solver.at(y)
     there = chart.configuration(y, np.concatenate([tick.position, np.zeros(100)]))
-    other = chart.replanned_at(there)
+    other = chart.replanned_at(there, there)
     assert other is not None
     assert other is not chart
     k = solver.graph.index("platform.z", "test")
@@ -74,11 +75,11 @@ def test_an_atlas_offers_home_first_and_keeps_what_served() -> None:
     chart = chart_of(solver)
     atlas = Atlas(chart, chart.outputs)
     at = configure(solver.plan.graph, solver.plan.tree, solver.plan.home)
-    for made in atlas.others(chart, at):
+    for made in atlas.others(chart, at, at):
         assert made is not chart
         break  # it served
-    assert next(iter(atlas.others(chart, at))) is made
-    for _ in atlas.others(made, at):
+    assert next(iter(atlas.others(chart, at, at))) is made
+    for _ in atlas.others(made, at, at):
         pass  # none serves: what is made in vain is not kept
     assert list(atlas._made) == [made]
     assert atlas.units.tolist() == [1.0]

@@ -527,9 +527,9 @@ def test_a_chart_that_does_not_serve_is_forgotten() -> None:
     atlas = parakin.compile("four-bar")._atlas
     chart = atlas.home
     at = chart.configuration(np.array([0.3]), chart.run(np.array([[0.3], [0.0], [0.0]]))[:, 0])
-    (made,) = atlas.others(chart, at)
+    (made,) = atlas.others(chart, at, at)
     assert made is not chart
-    (again,) = atlas.others(chart, at)
+    (again,) = atlas.others(chart, at, at)
     assert again is not made
 
 

@@ -720,3 +720,33 @@ def test_times_that_are_asked_for(tmp_path: Path) -> None:
     for wrong in ([0.2, 0.1], [-1.0, 0.0], [0.0, 3.0], [math.nan], [], "x", [[0.0]]):
         with pytest.raises(InputError, match="times: found"):
             block.simulate(2.0, times=wrong)
+
+
+def test_a_distance_that_shrinks_to_nothing_ends_nothing() -> None:
+    """The flight simulator's leg E passes the centre that its row measures from, where it is as
+    regular as ever: so says the simulation that its actuators drive, which has another row there.
+    """
+    flight = heavy_without_solids("flight-simulator")
+    sliders = [c.name for c in parakin.compile(flight).graph.coordinates if c.actuated]
+    posed = parakin.compile(flight, coordinates="all")
+    speeds = np.random.default_rng(2).uniform(-0.5, 0.5, 3).tolist()
+    one = posed.simulate(
+        0.9, velocity=dict(zip(posed.driven, speeds, strict=True)), rate=50, rtol=1e-10
+    )
+    rates = {name: float(one["velocity"].sel(coordinate=name)[0]) for name in sliders}
+    moved = parakin.compile(flight, sliders, coordinates="all")
+    other = moved.simulate(0.9, velocity=rates, rate=50, rtol=1e-10)
+    for ds in (one, other):
+        assert (ds["status"] == 0).all()
+        assert float(abs(ds["energy_drift"]).max()) < 1e-8
+    assert one["position"].values == pytest.approx(other["position"].values, abs=1e-7)
+
+
+def heavy_without_solids(name: str) -> parakin.Mechanism:
+    mechanism = parakin.load(name)
+    told = {"mass": 1.0, "inertia": (0.01,) * 3, "solid": ()}
+    bodies = tuple(
+        body if body.name == mechanism.base else body.model_copy(update=told)
+        for body in mechanism.bodies
+    )
+    return mechanism.model_copy(update={"bodies": bodies, "gravity": 0})

@@ -147,6 +147,8 @@ def _quality(
     reference, shortest = arms[-1][1], min(size for _, size, _ in arms)
     if not angle:
         regular = all(abs(slope - size) < 1e-12 * size for slope, size, _ in arms)
+        if row.quadratic and regular and shortest < forms.NEAR * graph.length:
+            worst *= (shortest / (forms.NEAR * graph.length)) ** 2
         slide = QuadraticSlide(regular) if row.quadratic else LinearSlide(regular)
         return worst, Block((k,), (row,), slide)
     longest = max(size for _, size, _ in arms)

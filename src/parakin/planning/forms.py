@@ -61,6 +61,9 @@ class LinearSlide:
         return Solution(turn, unsigned=(mul(b, b) / dot(u, u),))
 
 
+NEAR = 0.01  # of the characteristic length: a distance that counts as one to be watched
+
+
 @dataclass(frozen=True)
 class QuadraticSlide:
     """A distance given: ± q²/2 + b q + c = 0. `sign` is that of the root."""
@@ -81,8 +84,9 @@ class QuadraticSlide:
         reach = sub(mul(b, b), mul(2.0 * side, c))
         root = functions.sqrt(reach)
         turn = slide(mul(side, sub(mul(self.sign, root), b)))
-        if self.regular:
-            return Solution(turn)
+        if self.regular:  # until the centre is reached, beyond which the other root is right
+            near = NEAR * base.graph.length
+            return Solution(turn, signed=(mul(1.0 / near**2, reach),))
         aside = sub(dot(u, u), mul(b, b))  # the square of the centre's distance from the slide
         return Solution(turn, signed=(reach / add(reach, aside),))
 

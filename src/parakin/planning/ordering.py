@@ -10,7 +10,8 @@ What depends on what is found in numbers, at closed configurations near home.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,6 +38,7 @@ from parakin.planning.plan import Affine, Block, Plan
 
 _ZERO = 1e-9  # a derivative this small, in scaled units, is none
 _LEVEL = 0.3  # volume of a joint's three axes below which other angles are used inside
+_FAINT = 0.1  # of the characteristic length: by less, per radian, a row hardly changes
 _SPREAD = 0.7  # how far coordinates are thrown to see what a row does not depend on
 
 
@@ -48,12 +50,14 @@ def plan_of(
     *,
     own_home: FloatArray | None = None,
     everywhere: bool = False,
+    avoid: Collection[Row] = (),
 ) -> Plan:
     """Choose tree, rows and order for these driven coordinates.
 
     cut: joints to leave out of the tree; if none are given, the cheapest tree is searched for.
     own_home: the mechanism's own home, if `home` is another.
     everywhere: assume nothing that holds on home's branch but may not hold on others.
+    avoid: rows to do without; then also those that hardly change, such as a distance near zero.
     Raises DrivenError where the driven coordinates do not determine the motion at home, or where
     no tree leaves out those joints and keeps the driven ones.
     """
@@ -64,16 +68,19 @@ def plan_of(
     firmly = [k for k in idle if k < len(plain.coordinates)]
     opened, apart = _split_driven_joints(plain, (*driven, *firmly), whole)
     if opened is not plain:
-        return plan_of(opened, driven, apart, cut, own_home=own_home, everywhere=everywhere)
+        return plan_of(
+            opened, driven, apart, cut, own_home=own_home, everywhere=everywhere, avoid=avoid
+        )
     in_tree = {graph.coordinates[k].joint for k in (*driven, *idle)}
     tree = _first_tree(graph, in_tree, cut)
     affine = affine_in(graph, driven, idle, home, samples)
     given = {k: entry for k, entry in affine.items() if k in (*driven, *idle)}
     affine = given if everywhere else affine
     # Rows are chosen at home; what they depend on is found around it too.
-    best = _analysed(graph, tree, driven, affine, [home, *samples])
+    how = _How(driven, affine, [home, *samples], avoid)
+    best = _analysed(graph, tree, how)
     if not cut:
-        best = _cheapest(graph, best, in_tree, driven, affine, [home, *samples])
+        best = _cheapest(graph, best, in_tree, how)
     tree, blocks, dependence = best
     wide: list[Configuration] = []
     if any(joint.kind == "helical" for joint in graph.joints):  # rows must serve after turns too
@@ -158,43 +165,38 @@ def _split_driven_joints(
         home = configure(graph, graph.posed_tree(), home.q)
 
 
+class _How(NamedTuple):
+    """What a tree is analysed for."""
+
+    driven: Sequence[int]
+    affine: Mapping[int, Affine]
+    samples: Sequence[Configuration]
+    avoid: Collection[Row]
+
+
 Analysed = tuple[Tree, list[Block], dict[Row, frozenset[int]]]
 
 
-def _cheapest(
-    graph: Graph,
-    best: Analysed,
-    in_tree: set[int],
-    driven: Sequence[int],
-    affine: Mapping[int, Affine],
-    samples: Sequence[Configuration],
-) -> Analysed:
+def _cheapest(graph: Graph, best: Analysed, in_tree: set[int], how: _How) -> Analysed:
     """The cheapest tree with some joints in it, starting from one."""
-    best = _improved(graph, best, in_tree, driven, affine, samples)
+    best = _improved(graph, best, in_tree, how)
     if graph.platform is None or _cost(best[1]) <= len(best[1]):
         return best
     # Where nothing much is gained by it, a block iterates better on the platform's pose than on
     # some limb's angles.
     held = in_tree | {graph.twins.get(graph.platform, graph.platform)}
-    posed = _analysed(graph, graph.tree(first=held), driven, affine, samples)
-    posed = _improved(graph, posed, held, driven, affine, samples)
+    posed = _analysed(graph, graph.tree(first=held), how)
+    posed = _improved(graph, posed, held, how)
     return posed if _cost(posed[1]) < 2 * _cost(best[1]) else best
 
 
-def _improved(
-    graph: Graph,
-    best: Analysed,
-    in_tree: set[int],
-    driven: Sequence[int],
-    affine: Mapping[int, Affine],
-    samples: Sequence[Configuration],
-) -> Analysed:
+def _improved(graph: Graph, best: Analysed, in_tree: set[int], how: _How) -> Analysed:
     """The tree, made cheaper by exchanging one cut after another as long as that helps."""
     improved = True
     while improved and _cost(best[1]) > sum(len(b.unknowns) for b in best[1]):
         improved = False
         for other in _exchanges(graph, best[0], in_tree, best[1]):
-            candidate = _analysed(graph, other, driven, affine, samples)
+            candidate = _analysed(graph, other, how)
             if _cost(candidate[1]) < _cost(best[1]):
                 best, improved = candidate, True
                 break
@@ -223,27 +225,26 @@ def _exchanges(graph: Graph, tree: Tree, in_tree: set[int], blocks: Sequence[Blo
     return trees
 
 
-def _analysed(
-    graph: Graph,
-    tree: Tree,
-    driven: Sequence[int],
-    affine: Mapping[int, Affine],
-    samples: Sequence[Configuration],
-) -> Analysed:
+def _analysed(graph: Graph, tree: Tree, how: _How) -> Analysed:
     """The blocks of one tree: independent rows, sparsest first, matched and sorted.
 
     Also returned: every row that could be used, and the unknowns it depends on.
     """
     signs = loop_signs(graph, tree)
     scales = coordinate_scales(graph)
-    known = set(driven) | set(affine)
+    samples = how.samples
+    known = {*how.driven, *how.affine}
     unknowns = [n for n in graph.tree_coordinates(tree) if n not in known]
     if not unknowns:
         return tree, [], {}
     rows: list[Row] = []
     for cut in tree.cuts:
         on_loop = [int(n) for n in np.flatnonzero(signs[cut])]
-        rows += candidate_rows(graph, cut, on_loop)
+        candidates = candidate_rows(graph, cut, on_loop)
+        if how.avoid:
+            left = [row for row in candidates if row not in how.avoid]
+            candidates = [row for row in left if _changes(graph, row, samples[0], signs[cut])]
+        rows += candidates
     jacobians = np.array(
         [
             [(row_wrench(at, row) @ at.screws) * signs[row.cut] * scales for row in rows]
@@ -267,6 +268,12 @@ def _analysed(
         for members, chosen in blocks
     ]
     return tree, named, dependence
+
+
+def _changes(graph: Graph, row: Row, at: Configuration, signs: FloatArray) -> bool:
+    """Whether a row changes with some coordinate by more than a small part of what is usual."""
+    changes = (row_wrench(at, row) @ at.screws) * signs * coordinate_scales(graph)
+    return bool(np.abs(changes).max() * row.per_length(graph) > _FAINT * graph.length)
 
 
 def _open_loop_dependence(

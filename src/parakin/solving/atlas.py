@@ -58,10 +58,10 @@ class Atlas:
             if isinstance(k, int) and k < len(known) and known[k].angle
         ]
 
-    def others(self, chart: Chart, at: Configuration) -> Iterator[Chart]:
-        """Charts that may serve at a configuration where one does no more."""
+    def others(self, chart: Chart, at: Configuration, end: Configuration) -> Iterator[Chart]:
+        """Charts that may serve at a configuration; one does no more at `end`."""
         yield from [other for other in (self.followed, *self._made) if other is not chart]
-        made = chart.replanned_at(at)
+        made = chart.replanned_at(at, end)
         if made is not None:
             self._made.append(made)
             yield made
@@ -151,7 +151,7 @@ class Atlas:
             regularity = chart.regularity(at)
             if not regularity > REGULAR:
                 continue
-            for other in self.others(chart, at):
+            for other in self.others(chart, at, at):
                 found = carried_over(other, here, at)
                 if found is None:
                     continue

@@ -7,7 +7,7 @@ ever: `least_singular_value` knows, which looks at all closure rows and at no pl
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, TypeVar
@@ -21,14 +21,12 @@ from parakin.errors import ParakinError
 from parakin.kernel.backends import Kernel, make_kernel
 from parakin.kernel.outputs import Outputs
 from parakin.kinematics import loops
+from parakin.kinematics.closure import Row
 from parakin.kinematics.configuration import (
     Configuration,
     circuits_at,
-    closure_system,
     configure,
     coordinate_scales,
-    full_screws,
-    loop_signs,
 )
 from parakin.model.graph import Graph, Tree
 from parakin.model.joints import GraphJoint
@@ -37,6 +35,7 @@ from parakin.planning.ordering import plan_of
 from parakin.planning.plan import Block, Plan
 from parakin.solving.bodies import Figures, Points
 from parakin.solving.forces import Asked, Mechanics, wound
+from parakin.solving.grip import least_singular_value, weak_rows
 from parakin.solving.status import Layout, Triple, Watched
 from parakin.solving.stops import LimitRows
 
@@ -276,14 +275,15 @@ class Chart:
             return 0.0
         return least_singular_value(self.plan, at) / self._regularity_at_home
 
-    def replanned_at(self, at: Configuration) -> Chart | None:
-        """A chart for the same outputs around another configuration, if there is one."""
+    def replanned_at(self, at: Configuration, end: Configuration) -> Chart | None:
+        """A chart for the same outputs around another configuration, if there is one; without the
+        rows that lose their grip at `end`, where this one does not serve, if that can be.
+        """
         graph = self.plan.graph.plain
         q = at.q[: len(graph.coordinates)]
-        try:
-            there = configure(graph, graph.posed_tree(), q)
-            plan = plan_of(graph, self.plan.driven, there, own_home=self.plan.own_home)
-        except (ParakinError, np.linalg.LinAlgError):
+        there = configure(graph, graph.posed_tree(), q)
+        plan = self._planned(there, weak_rows(self.plan, end)) or self._planned(there, ())
+        if plan is None:
             return None
         chosen = self.outputs.coordinates[: self.reported]
         watched = also_known(plan, chosen, plan.unknowns)
@@ -291,23 +291,13 @@ class Chart:
         relative_regularity = self.relative_regularity * min(1.0, self.regularity(at))
         return Chart(plan, outputs, self.reported, self.machine_code, relative_regularity)
 
-
-def least_singular_value(plan: Plan, at: Configuration) -> float:
-    """The least singular value of all closure rows by all coordinates that are not driven.
-
-    `at` is a configuration in the plan's tree. Joints of three turns count by three axes at right
-    angles, whatever their angles.
-    """
-    graph, tree = plan.graph, plan.tree
-    held = {*plan.driven, *plan.idle}
-    free = [k for k in graph.tree_coordinates(tree) if k not in held]
-    if not free:
-        return 1.0
-    at = replace(at, screws=full_screws(graph, at, held))
-    _, jacobian, _ = closure_system(graph, tree, at, loop_signs(graph, tree))
-    matrix = jacobian[:, free] * coordinate_scales(graph)[free]
-    values = np.linalg.svd(matrix, compute_uv=False)
-    return float(values[-1]) if len(matrix) >= len(free) else 0.0
+    def _planned(self, there: Configuration, avoid: Collection[Row]) -> Plan | None:
+        """A plan around a configuration that does without some rows, if there is one."""
+        driven, graph = self.plan.driven, self.plan.graph.plain
+        try:
+            return plan_of(graph, driven, there, own_home=self.plan.own_home, avoid=avoid)
+        except (ParakinError, np.linalg.LinAlgError):
+            return None
 
 
 def layout_of(plan: Plan, outputs: Outputs, reported: int) -> Layout:

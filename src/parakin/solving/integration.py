@@ -101,6 +101,10 @@ def integrated(
             return resting(state, span[0], failed)
         if lost:
             knots[-1] = _last_time(left, pieces[-1], knots[-2], knots[-1])
+            if not knots[-1] > knots[-2]:
+                knots, pieces = knots[:-1], pieces[:-1]
+        if not pieces:
+            return resting(state, span[0], failed)
     last = way.y if not lost else pieces[-1](knots[-1])
     return Integrated(OdeSolution(knots, pieces), np.array(knots), last, lost, failed, way.nfev)
 

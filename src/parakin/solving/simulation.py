@@ -165,9 +165,11 @@ class Simulation:
             left = partial(self._left, forward, reference, least)
             found = self._integrated(forward, left, state, (time, min(end, time + self.project)))
             segments.append(Segment(time, forward, found))
-            time, state = found.end, found.last
-            if found.failed:
-                return None, Status.NOT_SMOOTH if least == GRIP else Status.SINGULAR
+            stuck, time, state = found.end == time, found.end, found.last
+            if found.failed and least == GRIP:
+                return None, Status.NOT_SMOOTH
+            if found.failed or stuck:
+                return None, Status.SINGULAR
             at = forward.configuration(state)
             if not found.lost:
                 state = self._closed(forward, at, state) if time < end else state
@@ -243,7 +245,7 @@ class Simulation:
         """
         if not forward.chart.regularity(at) > _SINGULAR:
             return None
-        chart = forward.chart.replanned_at(at)
+        chart = forward.chart.replanned_at(at, at)
         if chart is None:
             return None
         if _rows(chart.plan) == _rows(forward.chart.plan):

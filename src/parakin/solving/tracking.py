@@ -27,7 +27,7 @@ _AT_ONCE = 512  # steps of the motion's own that are looked at together
 POORER = 30.0  # times: where a plan's figure has fallen by more than that, it is the plan's fault
 _GOOD = 0.05  # figure of a plan where another takes over
 
-OtherCharts = Callable[[Chart, Configuration], Iterable[Chart]]
+OtherCharts = Callable[[Chart, Configuration, Configuration], Iterable[Chart]]
 
 
 class Piece(NamedTuple):
@@ -43,7 +43,8 @@ class Track:
     """A walk along a motion from home, made as far as it is asked for.
 
     home: where the walk to the motion's start begins; units (k,): of the driven coordinates, 1 for
-    angles, else the characteristic length. charts: others that may serve at a configuration.
+    angles, else the characteristic length. charts: others that may serve at a configuration
+    instead of one, which does no more at another.
     """
 
     def __init__(
@@ -189,7 +190,7 @@ class Track:
         regularity, fallen = chart.regularity(at), float(figure[-1] / figure[place])
         if not chart.regularity(end) > max(REGULAR, POORER * fallen * regularity):
             return False
-        for other in self._charts(chart, at):
+        for other in self._charts(chart, at, end):
             begun = self._begun(other, nodes.part(slice(place, place + 1)), at)
             if begun is not None:
                 self._walks[-1] = (stretch, nodes.part(slice(0, place + 1)))
