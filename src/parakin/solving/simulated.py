@@ -52,7 +52,7 @@ def simulated(
     graph = simulation.home.plan.graph.plain
     found = simulation.run(at, yd, 0.0, times)
     parts, solved = [found], [_solved(graph, there.windows, found, options.rtol)]
-    while found.left is not None:
+    while found.left is not None and found.ended < times[-1]:
         try:
             there = part(found.left)
         except (ParakinError, np.linalg.LinAlgError):

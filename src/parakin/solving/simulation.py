@@ -91,8 +91,7 @@ class Simulation:
 
     given: what payloads or wrenches take throughout, by name, instead of what the file says. rest:
     as of `ForwardRows`. step: the longest [s] for which what changes goes unseen. project: after
-    how long loops are closed again [s]. method: dop853, radau, or
-    taylor, of what is constant.
+    how long loops are closed again [s]. method: dop853, radau, or taylor, of what is constant.
     """
 
     home: Chart
