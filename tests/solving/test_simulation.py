@@ -750,3 +750,54 @@ def heavy_without_solids(name: str) -> parakin.Mechanism:
         for body in mechanism.bodies
     )
     return mechanism.model_copy(update={"bodies": bodies, "gravity": 0})
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-5, 1e-7, 1e-9, 1e-11])
+def test_what_comes_to_rest_is_told_to_the_end(tmp_path: Path, rtol: float) -> None:
+    """Where nothing moves any more, what the integration leaves is no motion."""
+    acting = "spring = { stiffness = 400 }\ndamper = { damping = 40 }\n"
+    ds = solver(f"{BLOCK}{acting}", tmp_path).simulate(20.0, start={"X": 0.1}, rate=100, rtol=rtol)
+    assert (ds["status"] == 0).all()
+    assert abs(float(ds["position"][-1, 0])) < 10 * rtol
+
+
+def test_a_hexapod_on_servos_comes_to_rest() -> None:
+    hexapod = parakin.compile("gough-stewart")
+    servo = {"stiffness": "200 kN/m", "damping": "8 kN s/m"}
+    legs = {f"P{k}": servo for k in range(1, 7)}
+    ds = hexapod.simulate(2.0, legs, rate=50)
+    assert (ds["status"] == 0).all()
+    still = hexapod.simulate(2.0, legs, rate=50, method="radau", rtol=1e-6)
+    assert (still["status"] == 0).all()
+    assert still["position"].values[-1] == pytest.approx(ds["position"].values[-1], abs=1e-6)
+
+
+def test_a_long_run_is_not_taken_for_a_stiff_one(tmp_path: Path) -> None:
+    """Its steps are short because efforts are looked at in every sample."""
+    law = {"law": "sine", "amplitude": 1, "frequency": "0.01 Hz"}
+    ds = solver(BLOCK, tmp_path).simulate(3000.0, {"X": law}, rate=5, times=[1.0, 3000.0])
+    assert (ds["status"] == 0).all()
+
+
+def test_redundant_actuators_cannot_hold(tmp_path: Path) -> None:
+    bars = heavy("four-bar")
+    joints = tuple(j.model_copy(update={"actuated": j.name in "AD"}) for j in bars.joints)
+    both = parakin.compile(bars.model_copy(update={"joints": joints}), machine_code=False)
+    with pytest.raises(InputError, match="hold: found 2 actuators for 1 freedoms"):
+        both.simulate(0.1, hold=True)
+
+
+def test_a_servo_with_the_efforts_of_a_result_feeds_forward(tmp_path: Path) -> None:
+    from parakin.files.datasets import write
+
+    law = 'laws = { X = { law = "poly4567", by = 0.3 } }'
+    block = solver(f"{BLOCK}[motions.m]\nduration = 1\n{law}\n", tmp_path)
+    motion = block.solve("m", forces=True)
+    write(iter([motion]), tmp_path / "legs.csv")
+    file = str(tmp_path / "legs.csv")
+    servo = {"stiffness": 400, "damping": 16, "target": file}
+    behind = block.simulate(1.0, {"X": servo}, rate=100)
+    ahead = block.simulate(1.0, {"X": {**servo, "effort": file}}, rate=100)
+    there = motion["position"].sel(time=ahead["time"].values, method="nearest").values
+    assert ahead["position"].values == pytest.approx(there, abs=1e-6)
+    assert np.abs(behind["position"].values - there).max() > 1e-3

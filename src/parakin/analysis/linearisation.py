@@ -19,7 +19,7 @@ from parakin.arrays import ComplexArray, FloatArray
 from parakin.caching import cached_property
 from parakin.errors import InputError
 from parakin.kernel.forward import accelerations
-from parakin.kinematics.configuration import coordinate_scales
+from parakin.kinematics.configuration import Configuration, coordinate_scales
 from parakin.solving.forces import is_finite
 from parakin.solving.forward import Forward
 from parakin.solving.solver import Solver
@@ -114,6 +114,7 @@ def linearise(
     taken = solver.mechanics.loads(None, 1, loads)[:, 0]
     at = solver.configuration(position, tick)
     forward.check_masses(at, taken)
+    _refuse_kinks(solver, at)
     held = _held(solver, actuators, position, tick, efforts, loads)
     pose = _Pose(forward, forward.state(at, np.zeros(len(position))), held, taken)
     mass = forward.mass_matrix(at, taken)
@@ -124,6 +125,16 @@ def linearise(
     return Linearisation(
         solver.driven, actuators, mass, found[:, n:], found[:, :n], pose.actuation, held
     )
+
+
+def _refuse_kinks(solver: Solver, at: Configuration) -> None:
+    """Raises InputError where a coordinate is just at its stop, whose force has a kink there."""
+    for k, passive in solver.graph.dynamics.passive.items():
+        value = float(at.q[k]) - solver.plan.offset(k)
+        for end in (passive.low, passive.high):
+            if passive.stop and abs(value - end) <= _ALIKE * (1.0 + abs(end)):
+                found = f"{solver.graph.coordinates[k].name} just at its stop, {end:g}"
+                raise InputError("y", found, "a pose clear of it, or pressed against it")
 
 
 def _held(

@@ -48,7 +48,7 @@ class Stop(Table):
     Raises InputError.
     """
 
-    stiffness: Quantity
+    stiffness: Quantity = 0.0
     dissipation: Quantity = 0.0
 
 

@@ -9,6 +9,7 @@ from typing import NamedTuple, TypeVar
 
 from parakin.algebra.spatial import ZERO, Vector
 from parakin.errors import InputError
+from parakin.model.drives import Stop
 from parakin.model.expressions import Parameters
 from parakin.model.fields import Quantity
 from parakin.model.joints import Coordinate, GraphJoint
@@ -200,7 +201,12 @@ def _passive(
         note(k, "coulomb", amount(friction.coulomb, parameters, effort, f"{at}.coulomb"))
     at = f"{place}.stop"
     for k, stop in _each(joint.stop, made, at).items():
-        note(k, "stop", per(stop, "stiffness", k, 0, at))
+        stiffness = per(stop, "stiffness", k, 0, at)
+        if not stiffness and stop == Stop():
+            continue  # of another coordinate alone
+        if not stiffness > 0.0:
+            raise InputError(f"{at}.stiffness", "none", "one above zero")
+        note(k, "stop", stiffness)
         dimension = TIME.times(ANGLE if turns[k] else LENGTH, -1.0)
         note(k, "dissipation", amount(stop.dissipation, parameters, dimension, f"{at}.dissipation"))
         if k not in ends:

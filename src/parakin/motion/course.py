@@ -54,6 +54,11 @@ class Course:
         if motion.between is not None:
             self._pieces = _pieces(motion.knots, motion.period)
 
+    @property
+    def noise(self) -> float:
+        """As of `Motion`."""
+        return self._motion.noise
+
     def steps(self, after: float, until: float, most: int = 10**9) -> FloatArray:
         """The ends (n,) of steps [s] after `after`, up to the first at or beyond `until`; at most
         `most`. The motion's start counts as one.

@@ -49,8 +49,8 @@ class Motion:
     motion takes no memory. derivatives: where velocity and acceleration come from. between:
     gives the motion at any times (n,) [s], if known; otherwise it is the quintic from sample to
     sample that keeps their derivatives. knots: [s] between which it is smooth, from first to
-    last. period: the shortest time [s] in which it changes. Raises InputError on control characters
-    in its name.
+    last. period: the shortest time [s] in which it changes. noise: what of its values may be that
+    of an integration, and so no motion. Raises InputError on control characters in its name.
     """
 
     name: str
@@ -61,6 +61,7 @@ class Motion:
     between: Callable[[FloatArray], Samples] | None = None
     knots: tuple[float, ...] = ()
     period: float = np.inf
+    noise: float = 0.0
 
     def __post_init__(self) -> None:
         refuse_control(self.name, "motion")

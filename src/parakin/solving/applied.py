@@ -19,7 +19,7 @@ from parakin.model.masses import amount
 from parakin.model.motors import effort_per
 from parakin.model.units import ANGLE, FORCE, LENGTH, TORQUE, Dimension
 from parakin.solving.forces import is_finite
-from parakin.solving.servos import Servo, is_servo, target_of
+from parakin.solving.servos import Servo, is_servo, recorded
 
 Efforts: TypeAlias = (
     "Mapping[str, Any] | str | Path | Callable[[State], Mapping[str, float]] | None"
@@ -141,6 +141,14 @@ class _Tables(NamedTuple):
             return law_from_table(value, self.parameters, unit, place, home)
         return self.parameters.evaluate(value, unit, place)
 
+    def _recorded(
+        self, name: str, key: str, value: Any, dimension: Dimension, home: float = 0.0
+    ) -> Any:
+        """A number, a law of time, or what a CSV file has of it."""
+        if isinstance(value, str) and Path(value).suffix.lower() == ".csv":
+            return recorded(self.folder / value, name, dimension, effort=key == "effort")
+        return self._over_time(value, dimension, f"{name}.{key}", home)
+
     def _servo(self, name: str, table: Mapping[str, Any]) -> Servo:
         known = ("stiffness", "damping", "target", "effort", "most")
         for key in table:
@@ -154,14 +162,11 @@ class _Tables(NamedTuple):
             return amount(table[key], self.parameters, dimension, f"{self.places}{name}.{key}")
 
         home = self.home.get(name, 0.0)
-        target = table.get("target", home)
-        if isinstance(target, str) and Path(target).suffix.lower() == ".csv":
-            law = target_of(self.folder / target, name, ANGLE if angle else LENGTH)
-        else:
-            law = self._over_time(target, ANGLE if angle else LENGTH, f"{name}.target", home)
         return Servo(
-            self._over_time(self._told(table, name, "effort"), self.units[name], f"{name}.effort"),
-            law,
+            self._recorded(name, "effort", self._told(table, name, "effort"), self.units[name]),
+            self._recorded(
+                name, "target", table.get("target", home), ANGLE if angle else LENGTH, home
+            ),
             gain("stiffness", effort_per(angle, 0), 0.0),
             gain("damping", effort_per(angle, 1), 0.0),
             gain("most", self.units[name], np.inf),

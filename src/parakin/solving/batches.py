@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from parakin.arrays import ORDERS, PER_TIME, FloatArray, StatusArray
 from parakin.caching import cached_property
 from parakin.errors import InputError, nearest
+from parakin.model.graph import Graph
 from parakin.motion.checks import refuse_unless_positive
 from parakin.solving.applied import Applied, Efforts, applied
 from parakin.solving.forward import Forward, actuated_of, names_of
@@ -98,7 +99,7 @@ class _Runs(NamedTuple):
         given = {f"start of {name}": value for name, value in (start or {}).items()}
         given |= {f"velocity of {name}": value for name, value in (velocity or {}).items()}
         given |= {f"efforts of {name}": value for name, value in each.items()}
-        given |= {f"loads of {name}": value for name, value in loads.items() if np.ndim(value) == 1}
+        given |= {f"loads of {n}": each for n, each in _each_run(graph, loads).items()}
         count = _count(given)
         home = {name: solver.home[name] for name in solver.driven}
         return cls(
@@ -108,6 +109,22 @@ class _Runs(NamedTuple):
             _rows("efforts", each, dict.fromkeys(names, 0.0), count, "actuated"),
             loads,
         )
+
+
+def _each_run(graph: Graph, loads: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
+    """Of loads by name, what there is one of for each run. Raises InputError."""
+    sizes = {wrench.name: wrench.inputs for wrench in graph.dynamics.wrenches}
+    found: dict[str, ArrayLike] = {}
+    for name, value in loads.items():
+        size, shape = sizes.get(name, 1), np.shape(value)
+        if size > 1 and shape != (size,):
+            if len(shape) != 2 or shape[0] != size:
+                expected = f"({size},), or ({size}, n) for n runs"
+                raise InputError(f"loads of {name}", f"shape {shape}", expected)
+            found[name] = np.zeros(shape[1])
+        elif size == 1 and shape:
+            found[name] = value
+    return found
 
 
 def _is_array(value: Any) -> bool:
@@ -138,10 +155,9 @@ def _rows(
     for name, value in (given or {}).items():
         if name not in otherwise:
             raise InputError(what, f"{name!r}, not {kind}", nearest(str(name), places))
-        try:
-            numbers = np.asarray(value, dtype=float)
-        except (TypeError, ValueError):
-            raise InputError(f"{what} of {name}", repr(value)[:80], "numbers") from None
+        numbers = np.asarray(value)
+        if numbers.dtype.kind not in "fiu" or np.ma.isMaskedArray(value):
+            raise InputError(f"{what} of {name}", repr(value)[:80], "numbers")
         if not np.isfinite(numbers).all():
             raise InputError(f"{what} of {name}", repr(value)[:80], "finite numbers")
         found[places.index(name)] = numbers

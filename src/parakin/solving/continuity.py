@@ -50,16 +50,21 @@ def follows(
     units: FloatArray,
     conditioning: FloatArray,
     bulk: FloatArray,
+    noise: float = 0.0,
 ) -> BoolArray:
     """Which of these coordinates (m, n) go smoothly from one moment to the other; NaN does not.
 
     h (n,): time between. before, after: orders (3, m, n) at the two. pace (n,): how fast what is
     driven goes, in `units` (m,) a second. conditioning (n,): how many digits are right. bulk (n,):
     how large what is driven is, in units: its last digit is the first that is lost in all others.
+    noise: as of `Motion`.
     """
     fast = np.maximum(np.abs(before[1]), np.abs(after[1]))
     size = h * np.maximum(fast, _SLOW * pace * units[:, None])
-    rough = (_ROUNDING + _WORSE / conditioning) * (units[:, None] * (1.0 + bulk) + np.abs(after[0]))
+    part = _ROUNDING + _WORSE / conditioning
+    if noise:
+        part = part + noise * (1.0 + h) / conditioning
+    rough = part * (units[:, None] * (1.0 + bulk) + np.abs(after[0]))
     off = after[0] - before[0] - foretold(h, before, after)
     turn = h * (after[1] - before[1] - 0.5 * h * (before[2] + after[2]))
     smooth: BoolArray = np.abs(off) <= POSITION * size + rough

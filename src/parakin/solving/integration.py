@@ -19,7 +19,7 @@ from parakin.kernel.backends import Taylor
 _ASIDE = 0.02  # of a step: where slopes of its polynomial are taken
 _FINEST = 2.3e-14  # rtol, as SciPy has it
 _COUNTED = 2000  # steps over which it is seen how fast time goes by
-_MOST = 2e7  # evaluations, if it went on like that to the end: more are not worth waiting for
+_MOST = 5e7  # evaluations, if it went on like that to the end: more are not worth waiting for
 STIFF = "its steps have become too short; method 'radau' is for what is stiff"
 VANISHED = "its steps have vanished"
 
@@ -93,7 +93,8 @@ def integrated(
             lost = not left(way.t, way.y) > 0.0
             if len(pieces) % _COUNTED == 0:
                 pace = (way.nfev - mark[1]) / (way.t - mark[0])
-                if pace * (span[1] - span[0]) > _MOST:
+                bounded = 2.0 * (way.t - mark[0]) > _COUNTED * step  # they could not be longer
+                if not bounded and pace * (span[1] - span[0]) > _MOST:
                     failed = VANISHED if stiff else STIFF
                     break
                 mark = (way.t, way.nfev)

@@ -88,6 +88,12 @@ def _held(solver: Simulable, y: FloatArray) -> dict[str, float]:
     """By name, the efforts that hold a pose (k,) at rest under the file's own loads, those that
     change with time as they begin. Raises InputError.
     """
+    actuators = len(solver.mechanics.actuated)
+    if actuators > len(solver.driven):
+        found = (
+            f"{actuators} actuators for {len(solver.driven)} freedoms, which leave open who holds"
+        )
+        raise InputError("hold", found, "efforts of all, by name, instead of it")
     histories = solver.mechanics.histories.items()
     now = {name: history(np.zeros(1))[:, 0] for name, history in histories}
     forces = solver.at(y, forces=True, loads=now).forces

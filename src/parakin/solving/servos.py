@@ -10,7 +10,7 @@ import numpy as np
 
 from parakin.arrays import FloatArray
 from parakin.errors import InputError
-from parakin.files.motion_csv import read_histories
+from parakin.files.motion_csv import read_efforts, read_histories
 from parakin.model.units import Dimension
 from parakin.motion.laws import Law
 
@@ -61,18 +61,20 @@ def is_servo(given: Any) -> bool:
     return isinstance(given, Mapping) and "law" not in given and bool(given)
 
 
-def target_of(path: Path, name: str, dimension: Dimension) -> Law:
-    """Recorded positions of a coordinate, a cubic spline between them. Raises InputError; its law
-    does on times beyond them.
+def recorded(path: Path, name: str, dimension: Dimension, *, effort: bool = False) -> Law:
+    """Recorded positions of a coordinate, or efforts, a cubic spline between them. Raises
+    InputError; its law does on times beyond them.
     """
     from scipy.interpolate import CubicSpline
 
-    time, (values,) = read_histories(path, {name: dimension})
+    read = read_efforts if effort else read_histories
+    time, (values,) = read(path, {name: dimension})
     spline = CubicSpline(time, values)
 
     def law(t: FloatArray) -> tuple[FloatArray, ...]:
         if not (time[0] - _ROUNDING <= t.min() and t.max() <= time[-1] + _ROUNDING):
-            found = f"targets from {time[0]:g} s to {time[-1]:g} s"
+            what = "efforts" if effort else "targets"
+            found = f"{what} from {time[0]:g} s to {time[-1]:g} s"
             raise InputError(str(path), found, "from the start of the simulation to its end")
         return tuple(spline(t, order) for order in range(3))
 

@@ -32,6 +32,7 @@ from parakin.solving.status import Status
 GRIP = 0.1  # of what a block's rows determined at first: where less is left, another plan is made
 _LAST = 1e-4  # of it: with less, if no other plan is found, rates are not known
 _SINGULAR = 1e-3  # regularity, home's being 1: closer to a singularity no plan is better
+_NOISE = 10.0  # of rtol: what integrated values differ by from a smooth motion
 _BETTER = 3.0  # times as independent: driven coordinates that take over
 
 
@@ -143,6 +144,7 @@ class Simulation:
             "of the simulation",
             partial(_between, len(self.home.plan.driven), segments),
             tuple(knots),
+            noise=_NOISE * self.rtol,
         )
         because = (
             segments[-1].found.failed or "no other choice of rows or driven coordinates is better"
@@ -270,7 +272,10 @@ class Simulation:
             efforts = np.array([self._efforts(forward, t, x) for t, x in pairs]).T
             out = forward.run(states, efforts, self.loads(times[inside]))
             driven, unknowns, _, rates = forward.parts(states)
-            motion[:, :, inside] = driven, rates, forward.parts(out[: forward.rows.state])[3]
+            accelerations = forward.parts(out[: forward.rows.state])[3]
+            if self.method == "radau":  # of what is stiff, these magnify the last digits
+                accelerations = forward.parts(segment.found.slopes(times[inside]))[3]
+            motion[:, :, inside] = driven, rates, accelerations
             for name, values in zip(
                 names_of(forward.chart.plan.graph, forward.chart.plan.unknowns),
                 unknowns,

@@ -194,10 +194,13 @@ class Stretch:
             (nodes.driven[:3, :, :-1], nodes.driven[:3, :, 1:]),
             magnitude_of(nodes.driven[0], self._units)[1:],
         )
+        noise = self._course.noise
         with np.errstate(all="ignore"):
             good = converged(nodes.out, self._layout)
-            smooth = follows(h, before, after, pace, watched.units, digits, bulk)
-            smooth_driven = follows(h, *driven, pace, self._units, np.ones(1), bulk).all(axis=0)
+            smooth = follows(h, before, after, pace, watched.units, digits, bulk, noise)
+            smooth_driven = follows(h, *driven, pace, self._units, np.ones(1), bulk, noise).all(
+                axis=0
+            )
         solved = np.logical_and.reduce(smooth[watched.solved])
         solved &= smooth_driven & good[1:] & good[:-1]
         return self._clear(nodes, solved), np.logical_and.reduce(smooth)
@@ -247,7 +250,8 @@ class Stretch:
             (driven[..., :1], driven[..., 1:]),
             magnitude_of(pair.driven[0], self._units)[1:],
         )
-        if not follows(h, *ends, pace, self._units, np.ones(1), bulk).all():
+        noise = self._course.noise
+        if not follows(h, *ends, pace, self._units, np.ones(1), bulk, noise).all():
             return Ending(time, Status.NOT_SMOOTH)
         if np.isnan(pair.out[self._layout.outputs.residual, 1]):
             return Ending(time, Status.OUT_OF_REACH)
@@ -335,9 +339,10 @@ class Stretch:
         if np.any(turns):
             after[0] += 2 * np.pi * np.nan_to_num(turns)
             out[np.ix_(watched.rows, chosen)] = after[0]
+        noise = self._course.noise
         with np.errstate(invalid="ignore"):
             digits = self._digits(found)
-            smooth = follows(h, before, after, pace, watched.units, digits, bulk)
+            smooth = follows(h, before, after, pace, watched.units, digits, bulk, noise)
         fits: BoolArray = np.logical_and.reduce(smooth[watched.solved])
         return fits
 
