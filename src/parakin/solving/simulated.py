@@ -21,7 +21,7 @@ from parakin.solving.forward import names_of
 from parakin.solving.motors import at_motors
 from parakin.solving.options import Options, Simulable, at_times, beginning, required
 from parakin.solving.simulation import Left, Simulated, Simulation
-from parakin.solving.status import SOLVED, Status
+from parakin.solving.status import SOLVED, Status, are
 from parakin.solving.windows import Windows
 
 if TYPE_CHECKING:
@@ -74,8 +74,11 @@ def simulated(
     result.attrs |= {"method": options.method, "rtol": options.rtol}
     result.attrs["steps"] = sum(each.steps for each in parts)
     result.attrs["evaluations"] = sum(each.evaluations for each in parts)
-    if found.why:
+    if found.why and found.ended < times[-1]:
         result.attrs["ended"] = f"at {found.ended:.6g} s: {found.because}"
+    elif not are(SOLVED, result["status"].values).all():
+        first = int(np.argmin(are(SOLVED, result["status"].values)))
+        result.attrs["ended"] = f"before {times[first]:.6g} s: what was integrated is not followed"
     if options.end_at_limits:
         result = ended_at_limits(result)
     return result if len(asked) == len(times) else result.isel(time=slice(1, None))
