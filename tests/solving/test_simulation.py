@@ -762,6 +762,8 @@ def test_what_comes_to_rest_is_told_to_the_end(tmp_path: Path, rtol: float) -> N
 
 
 def test_a_hexapod_on_servos_comes_to_rest() -> None:
+    """Stiff, and so slow without machine code."""
+    pytest.importorskip("heyoka")
     hexapod = parakin.compile("gough-stewart")
     servo = {"stiffness": "200 kN/m", "damping": "8 kN s/m"}
     legs = {f"P{k}": servo for k in range(1, 7)}
