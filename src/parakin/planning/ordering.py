@@ -82,10 +82,8 @@ def plan_of(
     if not cut:
         best = _cheapest(graph, best, in_tree, how)
     tree, blocks, dependence = best
-    wide: list[Configuration] = []
-    if any(joint.kind == "helical" for joint in graph.joints):  # rows must serve after turns too
-        wide = neighbours(graph, graph.posed_tree(), home, 6, size=4.0, seed=2)
-    blocks = choose_closed_forms(graph, tree, blocks, dependence, [*samples, *wide, home])
+    around = [*samples, *_turned(graph, home), home]
+    blocks = choose_closed_forms(graph, tree, blocks, dependence, around)
     here = configure(graph, tree, home.q)
     signs = loop_signs(graph, tree)
     blocks = merge_paradoxical_loops(graph, tree, signs, blocks, here)
@@ -104,6 +102,13 @@ def plan_of(
         tuple(idle),
         tuple(sorted(inside & (affine.keys() - given))),
     )
+
+
+def _turned(graph: Graph, home: Configuration) -> list[Configuration]:
+    """Configurations after turns of screws, where rows must serve too."""
+    if not any(joint.kind == "helical" for joint in graph.joints):
+        return []
+    return neighbours(graph, graph.posed_tree(), home, 6, size=4.0, seed=2)
 
 
 def _first_tree(graph: Graph, in_tree: set[int], cut: Sequence[int]) -> Tree:

@@ -223,12 +223,9 @@ class _Batch:
     @cached_property
     def _steady(self) -> FloatArray | None:
         """Loads throughout, if none changes with time."""
-        dynamics, n = self.solver.graph.dynamics, self.runs.y.shape[1]
-        if any(
-            wrench.inputs and wrench.name not in self.runs.loads for wrench in dynamics.wrenches
-        ):
+        if self.solver.mechanics.changing(self.runs.loads):
             return None
-        return self.solver.mechanics.loads(None, n, self.runs.loads)
+        return self.solver.mechanics.loads(None, self.runs.y.shape[1], self.runs.loads)
 
     def _efforts(self, time: float, states: FloatArray) -> FloatArray:
         """(e, n) of all runs."""

@@ -154,9 +154,13 @@ class Mechanics:
         """Raises InputError where wrenches that are not `given` are not known at these times (n,)
         [s].
         """
-        for wrench in self.plan.graph.dynamics.wrenches:
-            if wrench.inputs and wrench.name not in (given or {}):
-                self.histories[wrench.name](times)
+        for name in self.changing(given):
+            self.histories[name](times)
+
+    def changing(self, given: Mapping[str, ArrayLike] | None) -> list[str]:
+        """The wrenches that change with time, but for those `given`."""
+        wrenches = self.plan.graph.dynamics.wrenches
+        return [w.name for w in wrenches if w.inputs and w.name not in (given or {})]
 
     def rows(self, asked: Asked, reference: float) -> ForceRows:
         """What a kernel has to return. reference: the conditioning of the actuators at home."""

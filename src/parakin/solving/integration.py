@@ -98,8 +98,6 @@ def integrated(
                     failed = VANISHED if stiff else STIFF
                     break
                 mark = (way.t, way.nfev)
-        if not pieces:
-            return resting(state, span[0], failed)
         if lost:
             knots[-1] = _last_time(left, pieces[-1], knots[-2], knots[-1])
             if not knots[-1] > knots[-2]:

@@ -301,8 +301,7 @@ class Simulation:
     @cached_property
     def changing(self) -> bool:
         """Whether some wrench changes with time."""
-        wrenches = self.home.plan.graph.dynamics.wrenches
-        return any(each.inputs and each.name not in self.given for each in wrenches)
+        return bool(self.home.mechanics.changing(self.given))
 
     @cached_property
     def _steady(self) -> FloatArray:
