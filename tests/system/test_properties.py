@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import xarray as xr
-from hypothesis import Phase, assume, given, settings
+from hypothesis import Phase, assume, example, given, settings
 from hypothesis import strategies as st
 from replays import replayed
 from scipy.spatial.transform import Rotation
@@ -121,6 +121,7 @@ angles = st.floats(-math.pi, math.pi)
 
 @SLOW
 @given(st.tuples(angles, angles, angles), st.tuples(*[st.floats(-3, 3)] * 3))
+@example((1.9, 1e-14, -math.pi), (-2.9, -2.2, 0.0))  # a row changes at home, but by rounding
 def test_turning_and_moving_the_whole_mechanism_changes_nothing_relative(
     turn: tuple[float, float, float], shift: tuple[float, float, float]
 ) -> None:

@@ -258,7 +258,9 @@ def _analysed(graph: Graph, tree: Tree, how: _How) -> Analysed:
     )[:, :, unknowns]
     pattern = np.abs(jacobians).max(axis=0) > _ZERO * graph.length
     pattern |= _open_loop_dependence(graph, tree, rows, unknowns, samples[0], pattern)
-    scaled = jacobians[0] / np.maximum(np.linalg.norm(jacobians[0], axis=1, keepdims=True), _ZERO)
+    sizes = np.linalg.norm(jacobians[0], axis=1, keepdims=True)
+    # A row that does not change at home but by rounding says nothing there.
+    scaled = jacobians[0] / np.where(sizes > _ZERO * graph.length, sizes, np.inf)
     blocks = eliminated(scaled, pattern)
     if blocks is None:
         raise DrivenError(
