@@ -36,8 +36,8 @@ def test_the_angle_and_its_rates_are_those_of_two_directions(kind: str, seed: in
     def angle(time: float) -> float:
         circuits = at(time)
         z = [
-            (np.array(circuits.pose(body).R, dtype=float) @ np.array(R, dtype=float))[:, 2]
-            for body, R in ((cone.parent, cone.R_PC), (cone.child, cone.R_CD))
+            np.array(circuits.pose(body).R, dtype=float) @ np.array(direction, dtype=float)
+            for body, direction in ((cone.parent, cone.z_P), (cone.child, cone.z_C))
         ]
         return math.acos(float(z[0] @ z[1]))
 

@@ -6,6 +6,8 @@ with the jerk. What does not change in time is a plain scalar, so that constants
 
 from __future__ import annotations
 
+from typing import Any
+
 from parakin.algebra.spatial import Functions, Scalar, add, mul, sub
 
 
@@ -47,6 +49,11 @@ class Dual:
     def __rtruediv__(self, other: Scalar) -> Scalar:
         quotient = other / self.value
         return dual(quotient, -mul(quotient, self.rate) / self.value)
+
+    def __pow__(self, exponent: float) -> Scalar:
+        value: Any = self.value
+        slope = mul(exponent, value ** (exponent - 1.0))
+        return dual(value**exponent, mul(slope, self.rate))
 
 
 def dual(value: Scalar, rate: Scalar) -> Scalar:

@@ -51,13 +51,25 @@ def has_machine_code() -> bool:
 
 
 def input_count(plan: Plan, outputs: Outputs) -> int:
-    """Driven values, then as many derivatives of them, the guess, and what loads take, with the
-    angles of springs (`ForceRows.wound`).
+    """Driven values, then as many derivatives of them; parameters left open, and coordinates at
+    home (`Plan.standing`); the guess; what loads take, and angles of springs (`ForceRows.wound`).
     """
     loads = 0
     if outputs.forces is not None:
         loads = plan.graph.dynamics.inputs + len(outputs.forces.wound)
-    return _orders(outputs) * len(plan.driven) + len(plan.iterated) + loads
+    return (
+        _orders(outputs) * len(plan.driven)
+        + given_count(plan, outputs)
+        + len(plan.iterated)
+        + loads
+    )
+
+
+def given_count(plan: Plan, outputs: Outputs) -> int:
+    """How many inputs tell the design: none if nothing is left open."""
+    if plan.designs is None:
+        return 0
+    return len(plan.designs.names) + len(plan.standing(outputs.coordinates))
 
 
 def _orders(outputs: Outputs) -> int:
@@ -67,12 +79,12 @@ def _orders(outputs: Outputs) -> int:
 def make_kernel(plan: Plan, outputs: Outputs, *, machine_code: bool, steps: int) -> Kernel:
     """The plan as a function from arrays to arrays, with `steps` Newton steps where it iterates."""
     traced = partial(_traced, plan, outputs, steps)
-    return _made(traced, input_count(plan, outputs), machine_code=machine_code)
+    return compiled(traced, input_count(plan, outputs), machine_code=machine_code)
 
 
 def make_forward_kernel(rows: ForwardRows, *, machine_code: bool) -> Kernel:
     """Forward dynamics as a function from arrays to arrays."""
-    return _made(partial(accelerations, rows), rows.inputs, machine_code=machine_code)
+    return compiled(partial(accelerations, rows), rows.inputs, machine_code=machine_code)
 
 
 def make_taylor(rows: ForwardRows, rtol: float) -> Taylor:
@@ -109,7 +121,8 @@ def make_taylor(rows: ForwardRows, rtol: float) -> Taylor:
     return flow
 
 
-def _made(traced: Traced, count: int, *, machine_code: bool) -> Kernel:
+def compiled(traced: Traced, count: int, *, machine_code: bool) -> Kernel:
+    """What is traced, from `count` inputs, as a function from arrays to arrays."""
     if not machine_code:
         return _arrays(traced)
     with no_fork():
@@ -122,6 +135,10 @@ def _traced(
     n = len(plan.driven)
     orders = [inputs[n * k : n * (k + 1)] for k in range(_orders(outputs))]
     rest = inputs[n * _orders(outputs) :]
+    if plan.designs is not None:
+        m, standing = len(plan.designs.names), plan.standing(outputs.coordinates)
+        at_home = dict(zip(standing, rest[m:], strict=False))
+        plan, rest = plan.opened(rest[:m], at_home, functions), rest[m + len(standing) :]
     guess, loads = rest[: len(plan.iterated)], rest[len(plan.iterated) :]
     return solve_pose(plan, orders, guess, functions, outputs, steps, loads=loads)
 

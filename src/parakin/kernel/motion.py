@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
-from parakin.algebra.dual import rate_of
+from parakin.algebra.dual import rate_of, value_of
 from parakin.algebra.linear import solve
 from parakin.algebra.spatial import FLOATS, Functions, Scalar, add, mul, sub
 from parakin.kernel.connectivity import System, jacobian, signed_square, solve_blocks
@@ -266,11 +266,13 @@ def _newton(
     moves: list[Scalar] = []
     figure: Scalar = 1.0
     for _ in range(steps):
-        gaps, derivatives = system(values)
+        # Of dual numbers the last step's rates alone count: those of the implicit function.
+        gaps, slopes = system([value_of(value) for value in values])
+        derivatives = [[value_of(slope) for slope in row] for row in slopes]
         solved = solve(derivatives, [gaps], angles.functions, form.lengths)
         moves = solved.solutions[0]
         figure = mul(form.sign / form.reference, solved.conditioning)
-        values = [sub(value, move) for value, move in zip(values, moves, strict=True)]
+        values = [sub(value_of(value), move) for value, move in zip(values, moves, strict=True)]
     for k, value in zip(block.unknowns, values, strict=True):
         angles.give(circuits, k, value)
     return moves, figure

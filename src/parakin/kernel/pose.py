@@ -45,7 +45,7 @@ def solve_pose(
     columns = [coordinate(plan, moved, name, outputs.derivatives) for name in outputs.coordinates]
     results = [column[order] for order in range(1 + outputs.derivatives) for column in columns]
     if outputs.checks:
-        results += _checks(plan, moved, functions)
+        results += checks(plan, moved, functions)
     for body, place in outputs.points:
         results += _motion_of(moved.circuits, body, place)
     if outputs.forces is not None:
@@ -53,12 +53,13 @@ def solve_pose(
     return results
 
 
-def _checks(plan: Plan, moved: Moved, functions: Functions) -> list[Scalar]:
+def checks(plan: Plan, moved: Moved, functions: Functions) -> list[Scalar]:
     """Residual, conditioning, the last step of iteration, size, and the unsigned figures."""
     circuits, quality = moved.circuits, moved.quality
     if plan.unsolved:
-        at_home = circuits_at(plan.graph, plan.tree, plan.home)
-        unit = 1.0 / as_float(unsolved_volume(plan, at_home, FLOATS))
+        own = plan if plan.opening is None else plan.opening.own
+        at_home = circuits_at(own.graph, own.tree, own.home)
+        unit = 1.0 / as_float(unsolved_volume(own, at_home, FLOATS))
         quality.unsigned.append(mul(unit, unsolved_volume(plan, circuits, functions)))
     step: Scalar = 0.0
     for move in moved.moves:

@@ -10,7 +10,7 @@ import numpy as np
 from parakin.algebra.angles import nearest_angle
 from parakin.algebra.spatial import as_float
 from parakin.arrays import FloatArray
-from parakin.errors import AssemblyError
+from parakin.errors import AssemblyError, InputError
 from parakin.kinematics.closure import Perpendicular, canonical_rows, cosines
 from parakin.kinematics.configuration import (
     Configuration,
@@ -20,6 +20,7 @@ from parakin.kinematics.configuration import (
     loop_signs,
 )
 from parakin.kinematics.free_motions import free_motions
+from parakin.model.designs import Designs
 from parakin.model.graph import Graph, Tree
 
 _NOTHING = 1e-14  # a home value this small is round-off of zero; exact zeros make shorter code
@@ -29,6 +30,7 @@ _TRIES = 3  # of these, as long as the loops do not close at all
 _STRAY = 1e-6  # a step longer than this from closed loops only follows round-off
 _WORK = 6000  # steps of closing times coordinates: some three seconds
 _RANK = 1e-8  # singular values below this part of the largest count as zero
+_NEARER = 8  # times that another design comes half the way back
 _NEARBY_STEPS = 60  # ten are enough, except at a singularity
 
 
@@ -229,6 +231,29 @@ def joint_gap(at: Configuration, cut: int) -> tuple[float, float]:
         else:
             mm = math.hypot(mm, 1e3 * gap * row.per_length(graph))
     return mm, degrees
+
+
+def homes_of(designs: Designs, graph: Graph, home: Configuration) -> list[Configuration]:
+    """Homes of other designs near the file's own, whose home is given, and configurations around
+    them. A design that will not close is replaced by one that is nearer.
+    """
+    tree, found = home_tree(graph), []
+    inside = set(graph.tree_coordinates(tree))
+    held = [k for k in graph.home if k in inside]
+    for values in designs.values[:, 1:].T:
+        for halving in range(_NEARER):
+            try:
+                other = designs.graph_at(designs.own + 0.5**halving * (values - designs.own))
+            except InputError:
+                continue
+            start = home.q.copy()
+            start[held] = [other.home[k] for k in held]
+            at, norm = close(other, tree, start, held, steps=_NEARBY_STEPS)
+            if norm < CLOSED:
+                around = neighbours(other, other.posed_tree(), at, 2)
+                found += [*(n for n in around if n is not at), at]
+                break
+    return found
 
 
 def home_and_around(

@@ -27,21 +27,24 @@ from parakin.kinematics.loops import Ends
 from parakin.kinematics.recursion import Circuits
 from parakin.model.graph import Graph
 from parakin.model.joints import GraphJoint
-from parakin.model.placement import about, snapped
+from parakin.model.placement import snapped
 
 _AXES = Perpendicular(0, 2, 2)  # of whatever joint, as it measures what its ends are
+_Z = Vector((0.0, 0.0, 1.0))
 
 
 class Cone(NamedTuple):
-    """An angle between the z axes of frame C on body `parent` and frame D on body `child`."""
+    """An angle between a direction on body `parent` and one on `child`, in their components."""
 
     parent: int
     child: int
-    R_PC: Matrix[float]
-    R_CD: Matrix[float]
+    z_P: Vector
+    z_C: Vector
 
 
-def cones_of(graph: Graph, home: Sequence[float]) -> dict[str, Cone]:
+def cones_of(
+    graph: Graph, home: Sequence[Scalar], functions: Functions = FLOATS
+) -> dict[str, Cone]:
     """By name, how the cone angles of a graph are measured. home: all coordinates at the
     mechanism's own home.
 
@@ -50,26 +53,27 @@ def cones_of(graph: Graph, home: Sequence[float]) -> dict[str, Cone]:
     or platform, of the parent. A universal joint, whose z axes are always at right angles: from
     home's direction of the normal to both.
     """
-    return {name: _cone(graph, joint, home) for name, joint in graph.cones.items()}
+    return {name: _cone(graph, joint, home, functions) for name, joint in graph.cones.items()}
 
 
-def _cone(graph: Graph, joint: GraphJoint, home: Sequence[float]) -> Cone:
-    R_FC, R_MD = _directions(graph, joint, _orientation(joint, home))
-    return Cone(joint.parent, joint.child, joint.F.R @ R_FC, joint.M.R @ R_MD)
+def _cone(graph: Graph, joint: GraphJoint, home: Sequence[Scalar], functions: Functions) -> Cone:
+    z_F, z_M = _directions(graph, joint, home, functions)
+    return Cone(joint.parent, joint.child, joint.F.R @ z_F, joint.M.R @ z_M)
 
 
 def _directions(
-    graph: Graph, joint: GraphJoint, R_FM: Matrix[float]
-) -> tuple[Matrix[float], Matrix[float]]:
-    """R_FC and R_MD, from the orientation at home."""
+    graph: Graph, joint: GraphJoint, home: Sequence[Scalar], functions: Functions
+) -> tuple[Vector, Vector]:
+    """On the joint's frames F and M, from the orientation at home."""
+    if joint.kind == "spherical" and joint.oriented:
+        return _Z, _Z
+    R_FM = _orientation(joint, home, functions)
     if joint.kind == "spherical":
-        if joint.oriented:
-            return IDENTITY, IDENTITY
         if _is_limb(graph, joint.parent) and not _is_limb(graph, joint.child):
-            return IDENTITY, _along(R_FM.T.column(2))
-        return _along(R_FM.column(2)), IDENTITY
-    normal = cross(Vector((0.0, 0.0, 1.0)), R_FM.column(2))
-    return _along(normal), _along(R_FM.T @ normal)
+            return _Z, _snapped(R_FM.T.column(2))
+        return _snapped(R_FM.column(2)), _Z
+    normal = cross(_Z, R_FM.column(2))
+    return _snapped(normal), _snapped(R_FM.T @ normal)
 
 
 def _is_limb(graph: Graph, body: int) -> bool:
@@ -78,17 +82,21 @@ def _is_limb(graph: Graph, body: int) -> bool:
     return body != 0 and (platform is None or body != graph.joints[platform].child)
 
 
-def _along(z: Vector[float]) -> Matrix[float]:
-    return snapped(about(z))
+def _snapped(z: Vector) -> Vector:
+    return snapped(_frame(z)).column(2)
 
 
-def _orientation(joint: GraphJoint, home: Sequence[float]) -> Matrix[float]:
+def _frame(z: Vector) -> Matrix:
+    """What stands for a frame of which only the z axis counts."""
+    return Matrix(Vector((0.0, 0.0, component)) for component in z)
+
+
+def _orientation(joint: GraphJoint, home: Sequence[Scalar], functions: Functions) -> Matrix:
     """R_FM for a joint's coordinates."""
-    R: Matrix[float] = IDENTITY
+    R: Matrix = IDENTITY
     for k, pair in zip(joint.coordinates, joint.pairs, strict=True):
         if not pair.slides:
-            q = float(home[k])
-            R = turned(R, pair.axis, FLOATS.cos(q), FLOATS.sin(q))
+            R = turned(R, pair.axis, functions.cos(home[k]), functions.sin(home[k]))
     return R @ joint.tail
 
 
@@ -104,10 +112,11 @@ def cone_angle(
     circuits: Circuits, cone: Cone, functions: Functions, *, derivatives: int
 ) -> tuple[Scalar, Scalar, Scalar]:
     """A cone angle and its derivatives (undefined at 0)."""
-    X_WC = circuits.pose(cone.parent) @ Pose(cone.R_PC, ZERO)
-    X_WD = circuits.pose(cone.child) @ Pose(cone.R_CD, ZERO)
-    end, row = Ends(cone.parent, cone.child, X_WC, X_WD, ZERO), _AXES
-    z, cosine = cross(X_WC.R.column(2), X_WD.R.column(2)), row.value(circuits, end)
+    u = circuits.pose(cone.parent).R @ cone.z_P
+    v = circuits.pose(cone.child).R @ cone.z_C
+    F, M = (Pose(_frame(direction), ZERO) for direction in (u, v))
+    end, row = Ends(cone.parent, cone.child, F, M, ZERO), _AXES
+    z, cosine = cross(u, v), row.value(circuits, end)
     square = dot(z, z)
     sine = functions.sqrt(square)
     angle = functions.atan2(sine, cosine)

@@ -40,6 +40,11 @@ class Configuration:
     ends: tuple[loops.Ends, ...]
     turned: dict[tuple[int, int], list[tuple[Circuits, loops.Ends]]] = field(default_factory=dict)
 
+    @property
+    def design(self) -> tuple[float, ...]:
+        """The parameters [SI] of the mechanism that stands so."""
+        return tuple(self.circuits.graph.parameters.values())
+
     def pose(self, body: int) -> Pose[float]:
         """X_WB of a body."""
         return cast("Pose[float]", self.circuits.pose(body))

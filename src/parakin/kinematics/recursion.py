@@ -97,6 +97,11 @@ def _order(joint: GraphJoint, reverse: bool) -> list[tuple[int, Pair]]:
     return numbered[::-1] if reverse else numbered
 
 
+def _advances(pair: Pair) -> bool:
+    """Whether a turn is that of a screw: not so if the pitch is a literal zero, as of a hinge."""
+    return not (type(pair.pitch) is float and pair.pitch == 0.0)
+
+
 def step_pose(
     X_WP: Pose, joint: GraphJoint, reverse: bool, turns: Mapping[int, Turn]
 ) -> tuple[Pose, dict[int, Axis]]:
@@ -116,8 +121,8 @@ def step_pose(
         if pair.slides:
             p += u * mul(sign, q.amount)
         else:
-            if pair.pitch:
-                p += u * mul(sign * pair.pitch, q.amount)
+            if _advances(pair):
+                p += u * mul(sign, mul(pair.pitch, q.amount))
             R = turned(R, pair.axis, q.cosine, mul(sign, q.sine))
     if not reverse:
         R = R @ joint.tail
@@ -144,7 +149,7 @@ def step_twist(
         if pair.slides:
             v += u_qd
         else:
-            w, v = w + u_qd, v + pair.pitch * u_qd
+            w, v = w + u_qd, v + u_qd * pair.pitch
     return Twist(w, v + cross(w, p_WB - at))
 
 
@@ -174,7 +179,7 @@ def step_accel(
             a += u_qdd + 2.0 * cross(w, u_qd)
         else:
             alpha += u_qdd + cross(w, u_qd)
-            a += pair.pitch * (u_qdd + 2.0 * cross(w, u_qd))
+            a += (u_qdd + 2.0 * cross(w, u_qd)) * pair.pitch
             w += u_qd
     return Accel(alpha, _carried(a, alpha, w, p_WB - at))
 
@@ -315,4 +320,4 @@ def pair_velocity(axis: Axis, sign: float, point: Vector) -> tuple[Vector, Vecto
     u = sign * axis.direction
     if axis.slides:
         return ZERO, u
-    return u, cross(u, point - axis.point) + axis.pitch * u
+    return u, cross(u, point - axis.point) + u * axis.pitch

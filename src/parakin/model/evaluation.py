@@ -6,8 +6,9 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 
 from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, ZERO, Pose, Vector
+from parakin.algebra.varied import Varied, nominal
 from parakin.errors import InputError, nearest
-from parakin.model.dynamics import dynamics_of
+from parakin.model.dynamics import Dynamics, dynamics_of
 from parakin.model.expressions import Bare, Parameters
 from parakin.model.graph import Graph
 from parakin.model.joints import PAIRS, THETA, Z_TURN, Coordinate, GraphJoint, Pair
@@ -20,13 +21,19 @@ _FARTHEST = 1e100  # [m]: products of lengths stay finite
 _CONED = ("spherical", "universal")  # kinds of joints that have a cone angle
 
 
-def graph_of(mechanism: Mechanism, bare: list[Bare] | None = None) -> Graph:
-    """A mechanism in numbers, SI. bare: a list that takes note of numbers without a unit.
+def graph_of(
+    mechanism: Mechanism,
+    bare: list[Bare] | None = None,
+    free: Mapping[str, Varied] | None = None,
+) -> Graph:
+    """A mechanism in numbers, SI. bare: a list that takes note of numbers without a unit. free:
+    parameters that vary; what depends on them varies too, but for the characteristic length, and
+    what acts on the mechanism is left out.
 
     Raises InputError at the first expression that cannot be evaluated.
     """
     where = mechanism.where
-    parameters = Parameters(mechanism.parameters, where, bare)
+    parameters = Parameters(mechanism.parameters, where, bare, free)
     values = parameters.all()
     others = [body.name for body in mechanism.bodies if body.name != mechanism.base]
     bodies = {name: k for k, name in enumerate([mechanism.base, *others])}
@@ -45,7 +52,9 @@ def graph_of(mechanism: Mechanism, bare: list[Bare] | None = None) -> Graph:
         pose = _pose(mechanism.platform, bodies, points, len(coordinates))
         coordinates += _pose_coordinates(mechanism.platform, len(joints))
         joints.append(pose)
-    reach = {j.name: max(math.hypot(*j.F.p), math.hypot(*j.M.p)) for j in joints}
+    reach = {
+        j.name: max(math.hypot(*map(nominal, frame.p)) for frame in (j.F, j.M)) for j in joints
+    }
     for name, far in reach.items():
         if not far < _FARTHEST:
             expected = f"less than {_FARTHEST:g} m"
@@ -68,7 +77,9 @@ def graph_of(mechanism: Mechanism, bare: list[Bare] | None = None) -> Graph:
         named.positions("guess"),
         frozenset(named.numbers[name] for name in mechanism.from_home),
         max(reach.values(), default=0.0) or 1.0,
-        dynamics_of(mechanism, parameters, bodies, points, joints, coordinates, limited),
+        Dynamics()
+        if free
+        else dynamics_of(mechanism, parameters, bodies, points, joints, coordinates, limited),
     )
 
 

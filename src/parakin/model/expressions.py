@@ -18,8 +18,10 @@ import unicodedata
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from parakin.algebra import varied
+from parakin.algebra.varied import Varied, as_number, nominal
 from parakin.errors import InputError, nearest
 from parakin.model.units import (
     ANGLE,
@@ -94,16 +96,16 @@ def _inverse(function: Callable[[float], float]) -> Callable[[_Quantity], _Quant
 
 
 _FUNCTIONS: dict[str, tuple[int, Callable[..., _Quantity]]] = {
-    "sin": (1, _trigonometric(math.sin)),
-    "cos": (1, _trigonometric(math.cos)),
-    "tan": (1, _trigonometric(math.tan)),
-    "asin": (1, _inverse(math.asin)),
-    "acos": (1, _inverse(math.acos)),
-    "atan": (1, _inverse(math.atan)),
-    "atan2": (2, lambda y, x: (_same(y, x), _Quantity(math.atan2(y.value, x.value), ANGLE))[1]),
-    "sqrt": (1, lambda x: _Quantity(math.sqrt(x.value), x.dimension.scaled(0.5))),
+    "sin": (1, _trigonometric(varied.sin)),
+    "cos": (1, _trigonometric(varied.cos)),
+    "tan": (1, _trigonometric(varied.tan)),
+    "asin": (1, _inverse(varied.asin)),
+    "acos": (1, _inverse(varied.acos)),
+    "atan": (1, _inverse(varied.atan)),
+    "atan2": (2, lambda y, x: (_same(y, x), _Quantity(varied.atan2(y.value, x.value), ANGLE))[1]),
+    "sqrt": (1, lambda x: _Quantity(varied.sqrt(x.value), x.dimension.scaled(0.5))),
     "abs": (1, lambda x: _Quantity(abs(x.value), x.dimension)),
-    "hypot": (2, lambda x, y: _Quantity(math.hypot(x.value, y.value), _same(x, y))),
+    "hypot": (2, lambda x, y: _Quantity(varied.hypot(x.value, y.value), _same(x, y))),
 }
 
 
@@ -120,14 +122,16 @@ def _binary(node: ast.BinOp, a: _Quantity, b: _Quantity) -> _Quantity:
         case ast.Pow():
             if b.dimension != BARE:
                 raise _Refusal("an exponent with a dimension", "a plain number there")
-            power = math.pow(a.value, b.value)
+            if isinstance(b.value, Varied):
+                raise _Refusal("an exponent that depends on a parameter left open", "a number")
+            power = a.value**b.value if isinstance(a.value, Varied) else math.pow(a.value, b.value)
             return _Quantity(power, a.dimension.scaled(b.value))
     raise _Refusal("an operator other than + - * / **", "one of these")
 
 
 def _walk(node: ast.AST, look_up: Callable[[str], _Quantity]) -> _Quantity:
     quantity = _value(node, look_up)
-    if not math.isfinite(quantity.value):  # checked for every part: 1/1e999 would hide it
+    if not math.isfinite(nominal(quantity.value)):  # checked for every part: 1/1e999 would hide it
         raise OverflowError
     return quantity
 
@@ -167,13 +171,20 @@ class Parameters:
     """Named values, each a number or an expression in the others, evaluated on demand to SI.
 
     owner: prefix of the places in messages, such as a file. bare: a list that takes note of
-    numbers without a unit; those in which pi occurs are sure to be radians.
+    numbers without a unit; those in which pi occurs are sure to be radians. free: by name, numbers
+    in SI that stand instead of what is given here; those that vary make whatever depends on them
+    vary too.
     """
 
     def __init__(
-        self, expressions: Mapping[str, Value], owner: str = "", bare: list[Bare] | None = None
+        self,
+        expressions: Mapping[str, Value],
+        owner: str = "",
+        bare: list[Bare] | None = None,
+        free: Mapping[str, Any] | None = None,
     ) -> None:
         self._bare = bare
+        self._free = free or {}
         self._prefix = f"{owner}: " if owner else ""
         self._expressions = dict(expressions)
         self._values: dict[str, _Quantity] = {"pi": _Quantity(math.pi, BARE)}
@@ -292,9 +303,10 @@ class Parameters:
             )
         self._pending.append(name)
         try:
-            self._values[name] = self._quantity(
-                self._expressions[name], f"{self._prefix}parameters.{name}"
-            )
+            found = self._quantity(self._expressions[name], f"{self._prefix}parameters.{name}")
+            if name in self._free:
+                found = _Quantity(as_number(self._free[name]), found.dimension)
+            self._values[name] = found
         finally:
             self._pending.pop()
         return self._values[name]

@@ -39,7 +39,8 @@ class Graph:
     joint as declared. limited: all declared limits. home, stated, guess: by coordinate, as in the
     Mechanism. from_home: the coordinates that are counted from home. length: the characteristic
     length. dynamics: masses and what acts. twins: by joint of three turns, a second joint whose
-    angles are counted from a nearby orientation (`recentred`).
+    angles are counted from a nearby orientation (`recentred`). splits: joints that were
+    `split`, one after the other.
     """
 
     mechanism: Mechanism
@@ -57,6 +58,7 @@ class Graph:
     length: float
     dynamics: Dynamics = field(default_factory=Dynamics)
     twins: Mapping[int, int] = field(default_factory=dict)
+    splits: tuple[int, ...] = ()
 
     def index(self, name: str, place: str) -> int:
         """The number of a coordinate. Raises InputError, naming `place`, if there is none."""
@@ -243,4 +245,5 @@ class Graph:
             bodies=bodies,
             joints=tuple(joints),
             coordinates=tuple(coordinates),
+            splits=(*self.splits, number),
         )

@@ -8,6 +8,7 @@ import math
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
+from parakin.algebra.varied import nominal
 from parakin.arrays import ORDERS
 from parakin.errors import InputError, nearest
 from parakin.model.expressions import Parameters
@@ -63,7 +64,7 @@ def limits_of(
         low, high = (_end(end, parameters, dimension, place) for end in pair)
         if not low < high:
             raise InputError(place, f"[{low:g}, {high:g}]", "a lower limit below the upper one")
-        if math.isinf(low) and math.isinf(high):
+        if math.isinf(nominal(low)) and math.isinf(nominal(high)):
             raise InputError(place, f"[{low:g}, {high:g}]", "at least one end that is finite")
         limit = Limit(coordinate, order, low, high)
         if limit.name in found:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 
-from parakin.algebra.spatial import IDENTITY, Matrix, Pose, Vector, cross, dot, matrix, turned
+from parakin.algebra.spatial import IDENTITY, Matrix, Pose, S, Vector, cross, dot, matrix, turned
+from parakin.algebra.varied import as_number, cos, hypot, sin
 from parakin.errors import InputError
 from parakin.model.bodies import Frame
 from parakin.model.expressions import Parameters
@@ -18,8 +18,8 @@ _ROUNDING = 4e-16
 
 
 def vector(values: Iterable[float]) -> Vector[float]:
-    """Three numbers of any kind as floats."""
-    a, b, c = (float(value) for value in values)
+    """Three numbers of any kind as floats, unless they vary."""
+    a, b, c = (as_number(value) for value in values)
     return Vector((a, b, c))
 
 
@@ -35,18 +35,22 @@ def about(axis: Vector[float]) -> Matrix[float]:
 
 def unit(a: Vector[float], place: str) -> Vector[float]:
     """`a` scaled to length one. Raises InputError, naming `place`, if it is zero."""
-    norm = math.hypot(*a)
+    norm = hypot(*a)
     if not norm > _ZERO:
         raise InputError(place, f"the axis {list(a)}", "an axis that is not zero")
     return Vector((a[0] / norm, a[1] / norm, a[2] / norm))
 
 
-def snapped(m: Matrix[float]) -> Matrix[float]:
-    """`m` with entries within rounding of 0 and ±1 exact, so that the recursion can drop them."""
+def snapped(m: Matrix[S]) -> Matrix[S]:
+    """`m` with entries within rounding of 0 and ±1 exact, so that the recursion can drop them.
+    What is no plain number stays as it is.
+    """
 
-    def entry(a: float) -> float:
+    def entry(a: S) -> S:
+        if not isinstance(a, float):
+            return a
         near = float(round(a))
-        return near + 0.0 if abs(a - near) < _ROUNDING else a
+        return near + 0.0 if abs(a - near) < _ROUNDING else a  # type: ignore[return-value]
 
     return matrix([entry(a) for a in row] for row in m)
 
@@ -61,7 +65,7 @@ def placement_of(frame: Frame, parameters: Parameters, place: str) -> Pose[float
         R = IDENTITY
         for number, (axis, angle) in enumerate(frame.turns):
             q = parameters.evaluate(angle, ANGLE, f"{place}.turns[{number}]")
-            R = turned(R, AXES[axis], math.cos(q), math.sin(q))
+            R = turned(R, AXES[axis], cos(q), sin(q))
         return Pose(snapped(R), p)
     if frame.turns:
         raise InputError(f"{place}.turns", "both turns and an axis", "one of them")

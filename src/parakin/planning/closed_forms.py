@@ -50,7 +50,7 @@ def choose_closed_forms(
     row furthest from a singularity of its own, then the one that needs least, among those that
     never come to say what the rows before say already.
     """
-    at = [configure(graph, tree, sample.q) for sample in samples]
+    at = [configure(sample.circuits.graph, tree, sample.q) for sample in samples]
     singles = {block.unknowns[0] for block in blocks if len(block.unknowns) == 1}
     waiting = [block for block in blocks if len(block.unknowns) > 1]
     solved: set[int] = set()
@@ -119,7 +119,7 @@ def _steadiest(
 
 def steady(graph: Graph, rows: Sequence[Row], samples: Sequence[Configuration]) -> bool:
     """Whether the volume that the rows of one cut joint span is the same in all configurations."""
-    volumes = []
+    volumes: dict[tuple[float, ...], list[float]] = {}
     for at in samples:
         matrix = np.array([row_wrench(at, row) for row in rows])
         point = np.array(at.ends[rows[0].cut].X_WM.p, dtype=float)
@@ -127,8 +127,9 @@ def steady(graph: Graph, rows: Sequence[Row], samples: Sequence[Configuration]) 
         matrix[:, :3] /= graph.length
         sizes = np.linalg.norm(matrix, axis=1, keepdims=True)
         matrix = matrix / np.where(sizes > _ZERO, sizes, 1.0)
-        volumes.append(float(np.linalg.det(matrix @ matrix.T)))
-    return bool(np.ptp(volumes) < _STEADY)
+        volume = float(np.linalg.det(matrix @ matrix.T))
+        volumes.setdefault(at.design, []).append(volume)
+    return all(bool(np.ptp(of_design) < _STEADY) for of_design in volumes.values())
 
 
 def _quality(
@@ -156,7 +157,10 @@ def _quality(
         worst *= shortest / longest
     if shortest < 1e-3 * graph.length:  # hardly any arm to turn on
         worst *= shortest / (1e-3 * graph.length)
-    regular = max(abs(size - reference) for _, size, _ in arms) < 1e-12 * reference
+    sizes: dict[tuple[float, ...], list[float]] = {}
+    for sample, (_, size, _) in zip(samples, arms, strict=True):
+        sizes.setdefault(sample.design, []).append(size)
+    regular = all(float(np.ptp(alike)) < 1e-12 * reference for alike in sizes.values())
     form = (TangentAngle if constant < 1e-12 else CosineAngle)(regular, reference)
     return worst, Block((k,), (row,), form)
 

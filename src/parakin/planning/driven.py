@@ -76,14 +76,16 @@ def affine_in(
     home: Configuration,
     samples: Sequence[Configuration],
 ) -> dict[int, Affine]:
-    """Coordinates whose rates are the same mix of the driven ones everywhere, as in eq. (5).
+    """Coordinates whose rates are the same mix of the driven ones everywhere, as in eq. (5), in
+    other designs too if there are samples of these.
 
     Those of idle freedoms rest at home.
     """
     tree = graph.posed_tree()
     maps = []
     for at in (*samples, home):
-        motions = free_motions(graph, tree, configure(graph, tree, at.q))
+        own = at.circuits.graph
+        motions = free_motions(own, tree, configure(own, tree, at.q))
         given = [*driven, *idle]
         maps.append(np.linalg.solve(motions[given].T, motions.T).T[:, : len(driven)])
     spread = np.ptp(np.array(maps), axis=0).max(axis=1)

@@ -30,6 +30,7 @@ from parakin.kinematics.configuration import (
     loop_signs,
     row_wrench,
 )
+from parakin.model.designs import alike
 from parakin.model.graph import Graph, Tree
 from parakin.planning.closed_forms import choose_closed_forms, merge_paradoxical_loops, signed
 from parakin.planning.driven import affine_in, check_driven
@@ -51,11 +52,13 @@ def plan_of(
     own_home: FloatArray | None = None,
     everywhere: bool = False,
     avoid: Collection[Row] = (),
+    others: Sequence[Configuration] = (),
 ) -> Plan:
     """Choose tree, rows and order for these driven coordinates.
 
     cut: joints to leave out of the tree; if none are given, the cheapest tree is searched for.
     own_home: the mechanism's own home, if `home` is another.
+    others: configurations of other designs, in which the plan has to serve too.
     everywhere: assume nothing that holds on home's branch but may not hold on others.
     avoid: rows to do without; then also those that hardly change, such as a distance near zero.
     Raises DrivenError where the driven coordinates do not determine the motion at home, or where
@@ -69,10 +72,19 @@ def plan_of(
     opened, apart = _split_driven_joints(plain, (*driven, *firmly), whole)
     if opened is not plain:
         return plan_of(
-            opened, driven, apart, cut, own_home=own_home, everywhere=everywhere, avoid=avoid
+            opened,
+            driven,
+            apart,
+            cut,
+            own_home=own_home,
+            everywhere=everywhere,
+            avoid=avoid,
+            others=others,
         )
     in_tree = {graph.coordinates[k].joint for k in (*driven, *idle)}
     tree = _first_tree(graph, in_tree, cut)
+    elsewhere = [_alike(graph, at) for at in others]
+    samples = [*samples, *elsewhere]
     affine = affine_in(graph, driven, idle, home, samples)
     given = {k: entry for k, entry in affine.items() if k in (*driven, *idle)}
     affine = given if everywhere else affine
@@ -102,6 +114,14 @@ def plan_of(
         tuple(idle),
         tuple(sorted(inside & (affine.keys() - given))),
     )
+
+
+def _alike(graph: Graph, at: Configuration) -> Configuration:
+    """A configuration of another design, with the twins and split joints of a graph."""
+    other = alike(graph, at.circuits.graph)
+    tree = other.plain.posed_tree()
+    q = np.concatenate([at.q, np.zeros(len(graph.coordinates) - len(at.q))])
+    return configure(other, Tree(tree.steps, (*tree.cuts, *other.twins.values())), q)
 
 
 def _turned(graph: Graph, home: Configuration) -> list[Configuration]:
@@ -257,7 +277,9 @@ def _analysed(graph: Graph, tree: Tree, how: _How) -> Analysed:
         ]
     )[:, :, unknowns]
     pattern = np.abs(jacobians).max(axis=0) > _ZERO * graph.length
-    pattern |= _open_loop_dependence(graph, tree, rows, unknowns, samples[0], pattern)
+    # Once in each design, whose graphs differ.
+    for at in {at.design: at for at in reversed(samples)}.values():
+        pattern |= _open_loop_dependence(tree, rows, unknowns, at, pattern)
     sizes = np.linalg.norm(jacobians[0], axis=1, keepdims=True)
     # A row that does not change at home but by rounding says nothing there.
     scaled = jacobians[0] / np.where(sizes > _ZERO * graph.length, sizes, np.inf)
@@ -284,7 +306,6 @@ def _changes(graph: Graph, row: Row, at: Configuration, signs: FloatArray) -> bo
 
 
 def _open_loop_dependence(
-    graph: Graph,
     tree: Tree,
     rows: Sequence[Row],
     unknowns: Sequence[int],
@@ -296,7 +317,7 @@ def _open_loop_dependence(
     Coordinates are changed one at a time, away from closure. A row whose value changes depends on
     that coordinate, even if its derivative vanishes on the closed loop.
     """
-    rng = np.random.default_rng(7)
+    rng, graph = np.random.default_rng(7), at.circuits.graph
     q = at.q + _SPREAD * rng.uniform(0.3, 1.0, len(at.q)) * coordinate_scales(graph)
     base = circuits_at(graph, tree, q)
     by_cut: dict[int, list[int]] = {}

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
+from parakin.algebra.spatial import Functions, Scalar
 from parakin.arrays import FloatArray
 from parakin.caching import cached_property
 from parakin.kinematics.closure import Row
 from parakin.kinematics.cones import Cone, cones_of
+from parakin.model.designs import Designs, alike
 from parakin.model.graph import Graph, Tree
 from parakin.planning.forms import ITERATED, Form, Iterated
 
@@ -39,6 +42,16 @@ class Block:
         return isinstance(self.form, Iterated)
 
 
+class Opening(NamedTuple):
+    """Of a plan whose dimensions are scalars: that of the file's own design in numbers, all
+    coordinates at home, and the functions of the scalars.
+    """
+
+    own: Plan
+    home: tuple[Scalar, ...]
+    functions: Functions
+
+
 @dataclass(frozen=True)
 class Plan:
     """How to solve a mechanism for its driven coordinates.
@@ -46,7 +59,8 @@ class Plan:
     `home`: all coordinates at home, as their joints count; `own_home`: at the mechanism's own home,
     which is another where a solver stands on another branch. `blocks` are in order of solution;
     `idle` are coordinates of idle freedoms, held at home; `unsolved` those of the tree that need
-    not be solved as they are affine on this branch.
+    not be solved as they are affine on this branch. `designs`: parameters that are left open; the
+    plan serves for them too, `opened`.
     """
 
     graph: Graph
@@ -58,15 +72,45 @@ class Plan:
     blocks: tuple[Block, ...]
     idle: tuple[int, ...] = ()
     unsolved: tuple[int, ...] = ()
+    designs: Designs | None = None
+    opening: Opening | None = None
 
     @cached_property
     def cones(self) -> Mapping[str, Cone]:
         """Cone angles by name."""
+        if self.opening is not None:
+            return cones_of(self.graph, self.opening.home, self.opening.functions)
         return cones_of(self.graph, self.own_home.tolist())
+
+    def opened(
+        self, parameters: Sequence[Scalar], standing: Mapping[int, Scalar], functions: Functions
+    ) -> Plan:
+        """The plan for scalar values of the parameters that are left open, and of coordinates at
+        the design's home, as their joints count, as far as they matter.
+        """
+        assert self.designs is not None
+        graph = alike(self.graph, self.designs.opened(parameters, functions).graph)
+        graph = replace(graph, from_home=self.graph.from_home)
+        home: list[Scalar] = self.own_home.tolist()
+        for k, value in standing.items():
+            home[k] = value
+        return replace(self, graph=graph, opening=Opening(self, tuple(home), functions))
+
+    def standing(self, coordinates: Collection[int | str]) -> list[int]:
+        """The coordinates whose values at home matter to these: those that are counted from it,
+        and those of joints of cone angles.
+        """
+        cones = {name: joint for name, joint in self.graph.cones.items() if name in coordinates}
+        around = [k for joint in cones.values() for k in joint.turns]
+        return sorted({*self.graph.from_home, *around})
 
     def offset(self, coordinate: int) -> float:
         """What a coordinate counted from home has there, as its joint counts; else 0."""
-        return float(self.own_home[coordinate]) if coordinate in self.graph.from_home else 0.0
+        if coordinate not in self.graph.from_home:
+            return 0.0
+        if self.opening is not None:
+            return self.opening.home[coordinate]  # type: ignore[return-value]
+        return float(self.own_home[coordinate])
 
     @property
     def unknowns(self) -> list[int]:

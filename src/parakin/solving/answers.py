@@ -18,7 +18,7 @@ from parakin.solving.status import (
     blank_undefined,
     classify,
 )
-from parakin.solving.stops import Stopped
+from parakin.solving.stops import LimitRows, Stopped
 from parakin.solving.tick import Tick
 
 
@@ -39,16 +39,23 @@ class Answers:
         within: float | None,
         *,
         plain: bool,
+        limits: LimitRows | None = None,
     ) -> Tick:
-        """A status for each column, and NaN where it is one of failure."""
+        """A status for each column, and NaN where it is one of failure. limits: those of each
+        column's own design, if they are of other designs.
+        """
         rows, columns = self.outputs, out[:, None] if out.ndim == 1 else out
         sound = None if plain else self.guesses.sound(inputs, start)
         found: FloatArray | None = None
         if rows.checks:
-            status, found = self._checked(columns, inputs, start, walked, within, sound)
+            status, found = self._checked(
+                columns, inputs, start, walked, within, sound, elsewhere=limits is None
+            )
         else:
             status = np.zeros(columns.shape[1], dtype=np.int8)
             status[np.isnan(columns[rows.motion]).any(axis=0)] = Status.OUT_OF_REACH
+            if not isinstance(walked, int):
+                status = np.where(walked, walked, status).astype(np.int8)
             if sound is not None:
                 status[~sound] = Status.OUT_OF_REACH
         numbers = columns[rows.motion]
@@ -58,7 +65,7 @@ class Answers:
             open_ &= status == Status.CONVERGED
             status[open_ | (beyond & are(SOLVED, status))] = Status.OUT_OF_REACH
         undefined = status == Status.ANGLES_UNDEFINED
-        stopped = self._stopped(columns, inputs, status, sound) if rows.checks else None
+        stopped = self._stopped(columns, inputs, status, sound, limits) if rows.checks else None
         if status.any():
             numbers[:, ~are(SOLVED, status)] = np.nan
         residual: float | FloatArray = np.nan
@@ -82,9 +89,11 @@ class Answers:
         walked: StatusArray | int,
         within: float | None,
         sound: BoolArray | None,
+        *,
+        elsewhere: bool,
     ) -> tuple[StatusArray, FloatArray | None]:
         """Verdicts by residual and conditioning, and iterated coordinates (m, n) as they were
-        before those that lock became NaN, where any may have.
+        before those that lock became NaN, where any may have. elsewhere: ask other charts, too.
         """
         found: FloatArray | None = None
         status = classify(columns, self.layout)
@@ -95,7 +104,7 @@ class Answers:
             status = np.where(walked, walked, status).astype(np.int8)
         if sound is not None:
             status[~sound] = Status.OUT_OF_REACH
-        if singular:
+        if singular and elsewhere:
             self.atlas.exchange(columns, inputs, status)
         if within is not None and start is not None and self.iterated:
             begun = start.iterated if start.iterated.ndim == 2 else start.iterated[:, None]
@@ -113,10 +122,11 @@ class Answers:
         inputs: FloatArray,
         status: StatusArray,
         sound: BoolArray | None,
+        limits: LimitRows | None,
     ) -> Stopped:
         """The limits exceeded, which flags a pose, and the limbs that cannot reach."""
         open_: BoolArray | None = None
-        stopped = self.atlas.home.limits.stopped(columns)
+        stopped = (limits or self.atlas.home.limits).stopped(columns)
         if status.any():
             solved = are(SOLVED, status)
             stopped.number[~solved], stopped.excess[~solved] = 0, np.nan
@@ -128,7 +138,8 @@ class Answers:
             return stopped
         if sound is not None:
             open_ &= sound
-        if open_.any():
+        # Which iterated block is open would be asked in the file's own design.
+        if open_.any() and (limits is None or not self.iterated):
             chart = self.atlas.home
             driven = inputs.reshape(len(inputs), -1)[: len(chart.plan.driven), open_]
             stopped.number[open_] = self.atlas.loop_stops(chart, driven, columns[:, open_])

@@ -30,6 +30,7 @@ def compile(
     near: Mapping[str, float] | str | None = None,
     machine_code: bool | None = None,
     parameters: Mapping[str, Value] | None = None,
+    free: Sequence[str] | str = (),
 ) -> Solver:
     """Compile a mechanism for a choice of driven coordinates.
 
@@ -48,6 +49,8 @@ def compile(
     on its branch.
     machine_code: False runs on NumPy arrays; None uses machine code if heyoka is installed.
     parameters: overrides by name.
+    free: names of parameters to be left open, so that `Solver.at` can be asked for other designs;
+    home of a design is found by walking from the file's own.
     A pickled solver contains only what it was compiled from, and where it stands; it is compiled
     again when it is unpickled, once in each process (of those that came, the last 16 are kept).
     Raises InputError, AssemblyError, DrivenError.
@@ -65,6 +68,9 @@ def compile(
     own = assembled(graph)
     if isinstance(near, str):
         near = _mode(graph, numbers, own, near)
+    free = (free,) if isinstance(free, str) else tuple(free)
+    if free and near is not None:
+        raise InputError("near", "another mode, with parameters left open", "one of the two")
     home = None if near is None else _near(graph, own, numbers, near)
     recipe = Recipe(
         mechanism,
@@ -76,6 +82,7 @@ def compile(
         machine_code,
         tuple(own.q.tolist()),
         None if home is None else tuple(home.q.tolist()),
+        free,
     )
     return made(graph, recipe)
 

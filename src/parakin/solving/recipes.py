@@ -18,8 +18,9 @@ from parakin.arrays import FloatArray
 from parakin.errors import InputError, nearest
 from parakin.kernel.backends import has_machine_code
 from parakin.kernel.outputs import Outputs
-from parakin.kinematics.assembly import home_tree
+from parakin.kinematics.assembly import home_tree, homes_of
 from parakin.kinematics.configuration import Configuration, configure
+from parakin.model.designs import Designs
 from parakin.model.evaluation import graph_of
 from parakin.model.graph import Graph, Tree
 from parakin.model.mechanism import Mechanism
@@ -27,6 +28,7 @@ from parakin.planning.ordering import plan_of
 from parakin.planning.plan import Plan
 from parakin.solving.charts import also_known
 from parakin.solving.forces import wound
+from parakin.solving.homes import Homes
 from parakin.solving.solver import Solver
 
 _KEPT = 16  # solvers that came to this process, though nothing else holds them any more
@@ -48,6 +50,7 @@ class Recipe(NamedTuple):
     machine_code: bool | None
     own: tuple[float, ...]
     home: tuple[float, ...] | None
+    free: tuple[str, ...] = ()
 
 
 class _Kept:
@@ -89,11 +92,18 @@ def _made(graph: Graph, recipe: Recipe, sent: bytes) -> Solver:
     own = home = _standing(graph, home_tree(graph), recipe.own)
     if recipe.home is not None:
         home = _standing(graph, branch_tree(graph, numbers), recipe.home)
-    plan = plan_of(graph, numbers, home, _cut(graph, recipe.cut), own_home=own.q)
+    designs = Designs.of(mechanism, recipe.free) if recipe.free else None
+    others = homes_of(designs, graph, own) if designs else []
+    plan = plan_of(graph, numbers, home, _cut(graph, recipe.cut), own_home=own.q, others=others)
     checks = recipe.checks or bool(plan.iterated)
     chosen = _chosen(plan.graph.plain, recipe.coordinates)
     outputs = _outputs(plan, chosen, recipe.derivatives, checks=checks)
     code = has_machine_code() if recipe.machine_code is None else recipe.machine_code
+    homes = None
+    if designs:
+        told = {*plan.driven, *plan.iterated, *plan.standing(outputs.coordinates)}
+        known = sorted(k for k in told if k < len(graph.coordinates))
+        homes = Homes.of(designs, graph, own, others, known, machine_code=code)
     solver = Solver(
         plan,
         outputs,
@@ -101,6 +111,7 @@ def _made(graph: Graph, recipe: Recipe, sent: bytes) -> Solver:
         machine_code=code,
         again=(arrived, (sent,)),
         elsewhere=partial(driven_by, recipe),
+        homes=homes,
     )
     _kept.alive[sent] = solver
     return solver
@@ -122,7 +133,7 @@ def arrived(sent: bytes) -> Solver:
 
 def driven_by(recipe: Recipe, driven: tuple[str, ...], q: FloatArray) -> Solver:
     """A solver that others drive, at home at coordinates q (N,), closed. Raises DrivenError."""
-    other = recipe._replace(driven=driven, home=tuple(q.tolist()))
+    other = recipe._replace(driven=driven, home=tuple(q.tolist()), free=())
     return arrived(pickle.dumps(other, protocol=5))
 
 

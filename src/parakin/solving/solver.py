@@ -20,6 +20,7 @@ from parakin.errors import InputError
 from parakin.files.reading import load_motion
 from parakin.kernel.outputs import ORIENTATION, POINT, POSITION, Outputs
 from parakin.kinematics.configuration import Configuration
+from parakin.model.expressions import Value
 from parakin.motion.motion import Motion, Samples
 from parakin.planning.plan import Plan
 from parakin.solving.answers import Answers
@@ -30,9 +31,11 @@ from parakin.solving.bodies import points_of
 from parakin.solving.charts import Chart, counted
 from parakin.solving.forces import Mechanics
 from parakin.solving.from_home import from_guess, home_values
+from parakin.solving.homes import Homes
 from parakin.solving.inputs import Guesses, all_bounded, refuse_lean, stacked, turning_rows
 from parakin.solving.locks import begun_at, locks_of
 from parakin.solving.options import Options
+from parakin.solving.other_designs import OtherDesigns
 from parakin.solving.results import Labels, quaternions
 from parakin.solving.simulated import Part, simulated
 from parakin.solving.simulation import Left
@@ -63,6 +66,7 @@ class Solver:
         machine_code: bool,
         again: tuple[Callable[[bytes], Solver], tuple[bytes]],
         elsewhere: Callable[[tuple[str, ...], FloatArray], Solver],
+        homes: Homes | None = None,
     ) -> None:
         self._again, self._elsewhere = again, elsewhere
         self.graph = graph = plan.graph.plain
@@ -90,6 +94,9 @@ class Solver:
         turning = turning_rows(self.layout, outputs, reported, counted(plan))
         self._guesses = Guesses(self.layout, at_home, self.iterated, hidden, turning)
         self._answers = Answers(self._atlas, self._guesses, self._labels)
+        self._designs = None
+        if homes is not None:
+            self._designs = OtherDesigns.of(homes, self.chart, self._guesses, self._labels)
         self._run = self.chart.run
         self._undefined = self.layout.undefined
         _ = self.chart.kernel  # compiled now and not at the first pose
@@ -121,6 +128,7 @@ class Solver:
         preload: Mapping[str, float] | None = None,
         indeterminate: str = "nan",
         loads: Mapping[str, ArrayLike] | None = None,
+        parameters: Mapping[str, Value | ArrayLike] | None = None,
         parallel: bool = False,
     ) -> Tick:
         """Solve one pose, or a batch of unrelated ones, each as if it were alone.
@@ -137,6 +145,8 @@ class Solver:
         is flagged as a branch change.
         forces, reactions, energies, preload, indeterminate, loads: as of `solve`; the forces behind
         the poses are `Tick.forces`. What wrenches take that change with time must be in `loads`.
+        parameters: of another design, of those that were left `free`, a value each or one for each
+        pose; a number is in SI. Not together with forces.
         parallel: use all cores.
         A pose that is not solved has a status that says why and NaN throughout; where only angles
         are undefined, only they are NaN. A pose beyond a declared limit is flagged and keeps its
@@ -146,6 +156,12 @@ class Solver:
         beyond a million turns. Raises InputError on arrays of the wrong shape.
         """
         inputs = stacked(len(self.driven), self.derivatives, y, (yd, ydd, yddd))
+        if parameters is not None:
+            if forces or reactions or energies:
+                raise InputError(
+                    "parameters", "forces of another design", "a solver compiled for it"
+                )
+            return self.designs.at(inputs, guess, within, parameters, parallel=parallel)
         tick = self._at(inputs, guess, within, parallel=parallel)
         if not (forces or reactions or energies):
             return tick
@@ -190,6 +206,13 @@ class Solver:
 
     def _repr_html_(self) -> str:
         return solver_html(self, self._labels.units)
+
+    @property
+    def designs(self) -> OtherDesigns:
+        """What answers for other designs. Raises InputError where no parameters are left open."""
+        if self._designs is None:
+            raise InputError("parameters", "a solver of one design", "one compiled with free=[...]")
+        return self._designs
 
     @property
     def no_forces(self) -> str:

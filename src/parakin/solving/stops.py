@@ -149,8 +149,8 @@ def _slack_of(graph: Graph, limit: Limit) -> float:
 
 @dataclass(frozen=True)
 class LimitRows:
-    """Rows of a kernel's outputs that are limited, with their limits, and what of going beyond
-    them is rounding; numbers: of the stops.
+    """Rows of a kernel's outputs that are limited, with their limits (L,), or (L, n) of n samples
+    that have limits of their own, and what of going beyond them is rounding; numbers: of the stops.
     """
 
     numbers: IndexArray
@@ -188,10 +188,17 @@ class LimitRows:
 
     def beyond(self, out: FloatArray) -> tuple[BoolArray, BoolArray]:
         """Which limits (L, n) outputs (rows, n) are below, and above; the undefined are neither."""
-        values = out[self.rows]
-        below: BoolArray = values < (self.low - self.slack)[:, None]
-        above: BoolArray = values > (self.high + self.slack)[:, None]
+        values, slack = out[self.rows], self.slack[:, None]
+        low, high = self._columns
+        below: BoolArray = values < low - slack
+        above: BoolArray = values > high + slack
         return below, above
+
+    @cached_property
+    def _columns(self) -> tuple[FloatArray, FloatArray]:
+        """Limits (L, 1) or (L, n)."""
+        count = len(self.rows)
+        return self.low.reshape(count, -1), self.high.reshape(count, -1)
 
     def stopped(self, out: FloatArray) -> Stopped:
         """The limit that each sample (rows, n) exceeds, by the greatest part of its range."""
@@ -202,7 +209,7 @@ class LimitRows:
         samples = np.flatnonzero(beyond.any(axis=0))
         if len(samples):
             values = out[np.ix_(self.rows, samples)]
-            low, high = self.low[:, None], self.high[:, None]
+            low, high = (a if a.shape[1] == 1 else a[:, samples] for a in self._columns)
             with np.errstate(invalid="ignore"):  # infinity, beyond no open end
                 excess = np.where(values < low, values - low, values - high)
             excess[~beyond[:, samples]] = 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +24,8 @@ class Tick(NamedTuple):
     stopped it, 0 for nothing; `excess`: how far it is above an upper or, if negative, below a lower
     limit [SI], NaN where it exceeds none. `turned`: angles that are limited or have springs and are
     not reported, so that a next call that starts from here counts their turns on. `forces`: those
-    behind it, if they were asked for.
+    behind it, if they were asked for. `ends`: lower and upper limits by number of the stop, (s,) or
+    (s, n), of poses of other designs than the file's own.
 
     Not a Dataset, because building one would take too long in a control loop.
     """
@@ -43,6 +45,7 @@ class Tick(NamedTuple):
     stops: Stops
     turned: FloatArray
     forces: Forces | None = None
+    ends: tuple[FloatArray, FloatArray] | None = None
 
     def why(self, pose: int | None = None) -> str:
         """What stopped it, or one pose of a batch: "P6 at 1.262 m, limit 1.260 m", "limb A1, B1
@@ -56,7 +59,11 @@ class Tick(NamedTuple):
         status, number, excess = (
             np.atleast_1d(values)[pose] for values in (self.status, self.stopped_by, self.excess)
         )
-        words = self.stops.words(int(number), float(excess))
+        stops = self.stops
+        if self.ends is not None:
+            low, high = (end.reshape(len(end), -1)[:, pose].tolist() for end in self.ends)
+            stops = replace(stops, low=tuple(low), high=tuple(high))
+        words = stops.words(int(number), float(excess))
         return words or (Status(int(status)).words if status else "")
 
     def value(self, coordinate: str, quantity: str = "position") -> float | FloatArray:
@@ -94,7 +101,7 @@ class Tick(NamedTuple):
         quality = ""
         if np.isfinite(self.residual):  # unless compiled without checks
             quality = f"residual {self.residual:.1e} m, conditioning {self.conditioning:.3f}"
-        because = self.stops.words(int(self.stopped_by), float(self.excess))
+        because = self.why() if self.stopped_by else ""
         quality = "; ".join(text for text in (because, quality) if text)
         return (
             notebook.heading(Status(int(self.status)).words, quality)

@@ -34,11 +34,13 @@ _ATTEMPTS = 500  # steps of all sizes on one way before giving up
 
 class State(NamedTuple):
     """A pose: driven values (orders, k), iterated coordinates (orders, m), each with as many
-    derivatives as the kernel knows.
+    derivatives as the kernel knows. Of many designs a pose each, (orders, k, n) and (orders, m, n),
+    with what tells the kernel the design (g, n).
     """
 
     driven: FloatArray
     iterated: FloatArray
+    given: FloatArray | None = None
 
 
 def iterate(
@@ -155,8 +157,9 @@ class _Ways:
 
     def __init__(self, chart: Chart, begin: State, goal: FloatArray, units: FloatArray) -> None:
         self.chart = chart
-        self.start = begin.driven[0][:, None]
+        self.start = begin.driven[0].reshape(len(goal), -1)
         self.way = goal - self.start
+        self.given = begin.given
         self.pace = np.abs(self.way / units[:, None]).max(axis=0, initial=_SHORT)
         self.bulk = magnitude_of(goal, units)
         self.all = np.arange(goal.shape[1])
@@ -167,9 +170,24 @@ class _Ways:
         """Outputs at these parts of the ways chosen."""
         columns = self._driven if chosen is self.all else self._driven[:, :, chosen]
         np.multiply(columns[1], part, out=columns[0])
-        columns[0] += self.start
+        alone = self.start.shape[1] == 1 or chosen is self.all
+        columns[0] += self.start if alone else self.start[:, chosen]
         orders, k, n = columns.shape
-        return iterate(self.chart, columns.reshape(orders * k, n), guess)
+        rows = columns.reshape(orders * k, n)
+        if self.given is not None:
+            given = self.given if chosen is self.all else self.given[:, chosen]
+            rows = np.concatenate([rows, given])
+        return iterate(self.chart, rows, guess)
+
+    def begun(self, begin: State) -> tuple[FloatArray, FloatArray]:
+        """Outputs (rows, n) where the ways begin, and the position, velocity and acceleration
+        (3, m, n) with which iterated coordinates set off on each, covering it in one second.
+        """
+        if self.given is None:
+            home, begun = _set_off(self.chart, begin, self.way)
+            return home.repeat(len(self.all), axis=1), begun
+        home = self.at(np.zeros(len(self.all)), begin.iterated[0], self.all)
+        return home, home[self.chart.layout.outputs.motion].reshape(3, -1, len(self.all))
 
     def smooth(
         self,
@@ -203,11 +221,14 @@ def _walked(
 ) -> tuple[FloatArray, StatusArray, FloatArray]:
     n, layout = goal.shape[1], chart.layout
     ways = _Ways(chart, begin, goal, units)
-    home, begun = _set_off(chart, begin, ways.way)
-    out, verdicts = home.repeat(n, axis=1), classify(home, layout).repeat(n)
+    out, begun = ways.begun(begin)
+    verdicts = classify(out, layout)
     part, size, going = np.zeros(n), np.ones(n), ways.all
     if verdicts.any():
-        return out, verdicts, part
+        if begin.given is None:
+            return out, verdicts, part
+        going = np.flatnonzero(verdicts == Status.CONVERGED)
+        begun = begun[:, :, going]
     for _ in range(_ATTEMPTS):
         if not len(going):
             return out, verdicts, part

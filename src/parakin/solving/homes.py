@@ -1,0 +1,270 @@
+"""Homes of other designs: each found by walking from the file's own, parameters changing together.
+
+What the file gives for home drives it, as far as it is independent; what it leaves open stays where
+it is in the file's own design. The walk is straight, in steps that are halved until what moves goes
+as its rates at both ends of a step say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from parakin.algebra.spatial import ARRAYS
+from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
+from parakin.caching import cached_property
+from parakin.kernel.backends import Kernel, compiled
+from parakin.kernel.designs import HomeRows, limits_at
+from parakin.kinematics.configuration import Configuration, coordinate_scales
+from parakin.kinematics.free_motions import free_motions
+from parakin.model.designs import Designs
+from parakin.model.graph import Graph
+from parakin.planning.ordering import plan_of
+from parakin.planning.plan import Plan
+from parakin.solving.continuity import POSITION
+from parakin.solving.status import RESIDUAL, SINGULAR, Status
+
+_STEPS = 3  # of Newton's method in a run of a kernel
+_RUNS = 12  # of a kernel, before giving up
+_CLOSED = 0.01 * RESIDUAL  # what is aimed at by the first runs
+_HALVINGS = 14
+_ATTEMPTS = 400  # steps of all sizes before giving up
+_FIRST = 0.25  # of the way: no step is longer
+_ROUGH = 1e-9  # of a unit, over the conditioning: less is nothing
+_HELD = 1e-9  # of a unit: by how much what home gives may be missed
+_INDEPENDENT = (0.1, 1e-6)  # of a coordinate's motion: what others leave free of it
+
+
+class Stood(NamedTuple):
+    """Homes of n designs: coordinates (q, n), as their joints count, and what these change at along
+    the way from the file's own design; a status each.
+    """
+
+    coordinates: FloatArray
+    rates: FloatArray
+    status: StatusArray
+
+
+@dataclass(frozen=True, eq=False)
+class Homes:
+    """What finds home in other designs. plan: driven by what home gives; told: the coordinates that
+    are told.
+    """
+
+    plan: Plan
+    told: tuple[int, ...]
+    machine_code: bool
+
+    @staticmethod
+    def of(
+        designs: Designs,
+        graph: Graph,
+        home: Configuration,
+        others: Sequence[Configuration],
+        told: Sequence[int],
+        *,
+        machine_code: bool,
+    ) -> Homes:
+        """graph: the mechanism's; home: its own; others: configurations of other designs; told:
+        coordinates. Raises DrivenError.
+        """
+        driven = _independent(graph, home)
+        plain = replace(graph, from_home=frozenset())
+        plan = replace(plan_of(plain, driven, home, others=others), designs=designs)
+        return Homes(plan, tuple(told), machine_code)
+
+    @cached_property
+    def rows(self) -> HomeRows:
+        also = [k for k in self.plan.graph.home if k not in self.plan.driven]
+        watched = [k for k in self.plan.unknowns if k not in self.told]
+        return HomeRows(self.plan, (*self.told, *watched), tuple(also))
+
+    @cached_property
+    def _kernel(self) -> Kernel:
+        traced = partial(self.rows.at, _STEPS)
+        return compiled(traced, self.rows.inputs, machine_code=self.machine_code)
+
+    def at(self, parameters: FloatArray) -> Stood:
+        """Homes of designs (m, n)."""
+        assert self.plan.designs is not None
+        own = self.plan.designs.own[:, None]
+        with np.errstate(all="ignore"):  # what overflows on the way is flagged
+            return self._walked(own, parameters - own)
+
+    def changes(self, parameters: FloatArray, coordinates: FloatArray) -> FloatArray:
+        """How what is told changes by each parameter, (told, m, n), at homes (q, n) of designs
+        (m, n).
+        """
+        m, n = parameters.shape
+        found = np.empty((len(self.told), m, n))
+        for k in range(m):
+            way = np.zeros((m, n))
+            way[k] = 1.0
+            out = self._run(parameters, way, coordinates[self._iterated])
+            found[:, k] = out[self._moving][: len(self.told)]
+        return found
+
+    def _walked(self, own: FloatArray, way: FloatArray) -> Stood:
+        n = way.shape[1]
+        begin = np.array([self.plan.home[k] for k in self.plan.iterated]).reshape(-1, 1)
+        out = self._run(own.repeat(n, axis=1), way, begin.repeat(n, axis=1))
+        status, part, size = self._verdict(out), np.zeros(n), np.full(n, _FIRST)
+        size[~way.any(axis=0)] = 1.0
+        going = np.flatnonzero(status == Status.CONVERGED)
+        for _ in range(_ATTEMPTS):
+            if not len(going):
+                break
+            before = out[:, going]
+            target = np.minimum(part[going] + size[going], 1.0)
+            h = target - part[going]
+            guess = before[self._iterated] + h * before[self._moving][self._iterated]
+            found = self._run(own + target * way[:, going], way[:, going], guess)
+            verdict = self._verdict(found)
+            smooth = self._smooth(h, before, found)
+            verdict[(verdict == Status.CONVERGED) & ~smooth] = Status.BRANCH_CHANGE
+            good = verdict == Status.CONVERGED
+            size[going] = np.where(good, np.minimum(2.0 * size[going], _FIRST), 0.5 * size[going])
+            stuck = ~good & (size[going] < _FIRST * 0.5**_HALVINGS)
+            unclear = (verdict == Status.ITERATION_LIMIT) | (verdict == Status.BRANCH_CHANGE)
+            verdict[stuck & unclear] = Status.NOT_REACHED
+            status[going[stuck]] = verdict[stuck]
+            part[going] = np.where(good, target, part[going])
+            out[:, going] = np.where(good, found, before)
+            going = going[~(stuck | (good & (target == 1.0)))]
+        status[going] = Status.NOT_REACHED
+        return Stood(out[self._positions], out[self._moving], status)
+
+    def _run(self, parameters: FloatArray, way: FloatArray, guess: FloatArray) -> FloatArray:
+        """A kernel's outputs, repeated from where it got to as long as that may help."""
+        inputs = np.ascontiguousarray(np.concatenate([parameters, way, guess]))
+        out = np.empty((self._count, inputs.shape[1]))
+        self._kernel(inputs, out, False)
+        if not len(guess):
+            return out
+        known = len(inputs) - len(guess)
+        for run in range(_RUNS):
+            wanted = _CLOSED if run < 2 else RESIDUAL
+            open_ = ~(out[self._residual] <= wanted * out[self._size])
+            open_ &= np.isfinite(out[self._iterated]).all(axis=0)
+            if not open_.any():
+                break
+            again = np.ascontiguousarray(inputs[:, open_])
+            again[known:] = out[self._iterated][:, open_]
+            found = np.empty((self._count, again.shape[1]))
+            self._kernel(again, found, False)
+            out[:, open_] = found
+        return out
+
+    def _verdict(self, out: FloatArray) -> StatusArray:
+        residual, conditioning = out[self._residual], out[self._residual + 1]
+        status = np.zeros(out.shape[1], dtype=np.int8)
+        status[~(conditioning >= SINGULAR)] = Status.SINGULAR
+        status[conditioning < -SINGULAR] = Status.BRANCH_CHANGE
+        status[~(residual <= RESIDUAL * out[self._size])] = Status.ITERATION_LIMIT
+        held = np.abs(out[self._off]) <= _HELD * self._units_of(self.rows.also)
+        status[np.isnan(residual) | ~held.all(axis=0)] = Status.OUT_OF_REACH
+        status[np.isnan(out[self._positions]).any(axis=0)] = Status.OUT_OF_REACH
+        return status
+
+    def _smooth(self, h: FloatArray, before: FloatArray, after: FloatArray) -> BoolArray:
+        """Whether steps go as the rates at both ends say, but for a part that falls with h²."""
+        slow, fast = before[self._moving], after[self._moving]
+        off = after[self._positions] - before[self._positions] - 0.5 * h * (slow + fast)
+        size = h * np.maximum(np.abs(slow), np.abs(fast))
+        rough = _ROUGH * self._units_of(self.rows.coordinates) / after[self._residual + 1]
+        smooth: BoolArray = (np.abs(off) <= POSITION * size + rough).all(axis=0)
+        return smooth
+
+    def _units_of(self, coordinates: Sequence[int]) -> FloatArray:
+        units: FloatArray = coordinate_scales(self.plan.graph)[list(coordinates)][:, None]
+        return units
+
+    @cached_property
+    def _positions(self) -> slice:
+        return slice(0, len(self.rows.coordinates))
+
+    @cached_property
+    def _moving(self) -> slice:
+        return slice(len(self.rows.coordinates), 2 * len(self.rows.coordinates))
+
+    @cached_property
+    def _off(self) -> slice:
+        return slice(self._moving.stop, self._residual)
+
+    @cached_property
+    def _residual(self) -> int:
+        return 2 * len(self.rows.coordinates) + len(self.rows.also)
+
+    @cached_property
+    def _size(self) -> int:
+        return self._residual + 3
+
+    @cached_property
+    def _count(self) -> int:
+        return self._residual + 5
+
+    @cached_property
+    def _iterated(self) -> IndexArray:
+        place = {k: row for row, k in enumerate(self.rows.coordinates)}
+        return np.array([place[k] for k in self.plan.iterated], dtype=np.intp)
+
+
+def _independent(graph: Graph, home: Configuration) -> list[int]:
+    """Coordinates that drive home: of those that it gives as many as are independent, then others,
+    held where they are in the file's own design.
+    """
+    motions = free_motions(graph, graph.posed_tree(), home)
+    motions = motions / coordinate_scales(graph)[:, None]
+    actuated = [k for k, c in enumerate(graph.coordinates) if c.actuated]
+    order = dict.fromkeys([*graph.home, *actuated, *range(len(graph.coordinates))])
+    chosen: list[int] = []
+    basis = np.zeros((0, motions.shape[1]))
+    for firmly in _INDEPENDENT:
+        for k in order:
+            if len(chosen) == motions.shape[1]:
+                return chosen
+            left = motions[k] - (motions[k] @ basis.T) @ basis
+            size = float(np.linalg.norm(left))
+            if k not in chosen and size > firmly * float(np.linalg.norm(motions[k])) > 0.0:
+                chosen.append(k)
+                basis = np.vstack([basis, left / size])
+    return chosen
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """Limits in other designs, and whether a design is one at all."""
+
+    designs: Designs
+    limits: int
+    machine_code: bool
+
+    @cached_property
+    def _kernel(self) -> Kernel:
+        traced = partial(limits_at, self.designs)
+        return compiled(traced, self.designs.count, machine_code=self.machine_code)
+
+    @cached_property
+    def _decisions(self) -> tuple[BoolArray, BoolArray]:
+        """Of each decision, whether it is strict, and what it is in the file's own design."""
+        own = [np.array([a]) for a in self.designs.own]
+        conditions = self.designs.opened(own, ARRAYS).conditions
+        strict = np.array([c.strict for c in conditions], dtype=bool)
+        return strict[:, None], np.array([c.holds for c in conditions], dtype=bool)[:, None]
+
+    def at(self, parameters: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """Lower and upper limits (limits, n) in designs (m, n), and which of these (n,) take all
+        decisions as the file's own does.
+        """
+        strict, holds = self._decisions
+        out = np.empty((2 * self.limits + len(holds), parameters.shape[1]))
+        if len(out):
+            self._kernel(np.ascontiguousarray(parameters), out, False)
+        margins = out[2 * self.limits :]
+        alike = np.where(strict, margins > 0.0, margins >= 0.0) == holds
+        sound = alike & ~np.isnan(margins)
+        return out[: self.limits], out[self.limits : 2 * self.limits], sound.all(axis=0)
