@@ -37,6 +37,7 @@ from parakin.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from parakin.analysis.linearisation import linearise
+    from parakin.analysis.sensitivities import sensitivities
     from parakin.analysis.singularities import singularities
     from parakin.analysis.stiffness import stiffness
     from parakin.errors import (
@@ -77,6 +78,7 @@ _MODULES = {
     "load": "files.reading",
     "compile": "solving.compiler",
     "modes": "solving.modes",
+    "sensitivities": "analysis.sensitivities",
     "singularities": "analysis.singularities",
     "linearise": "analysis.linearisation",
     "simulate_batch": "solving.batches",
@@ -142,6 +144,7 @@ __all__ = [
     "report",
     "require_solved",
     "save",
+    "sensitivities",
     "simulate_batch",
     "singularities",
     "stiffness",

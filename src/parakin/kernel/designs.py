@@ -77,11 +77,22 @@ class SensitivityRows:
     order: int
 
     @property
+    def parameters(self) -> int:
+        return self.plan.designs.count if self.plan.designs else 0
+
+    @property
     def seeds(self) -> int:
-        return len(self.plan.driven) + (self.plan.designs.count if self.plan.designs else 0)
+        return len(self.plan.driven) + self.parameters
+
+    @property
+    def changes(self) -> int:
+        """How many inputs tell how home changes."""
+        if not self.parameters:
+            return 0
+        return self.parameters * len(self.plan.standing(self.outputs.coordinates))
 
     def at(self, steps: int, inputs: Sequence[Scalar], functions: Functions) -> list[Scalar]:
-        plan, k, m = self.plan, len(self.plan.driven), self.seeds - len(self.plan.driven)
+        plan, k, m = self.plan, len(self.plan.driven), self.parameters
         standing = plan.standing(self.outputs.coordinates) if m else []
         orders = [list(inputs[k * n : k * (n + 1)]) for n in range(1 + self.order)]
         rest = inputs[k * (1 + self.order) :]

@@ -7,7 +7,7 @@ as its rates at both ends of a step say.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
@@ -31,7 +31,7 @@ from parakin.solving.status import RESIDUAL, SINGULAR, Status
 _STEPS = 3  # of Newton's method in a run of a kernel
 _RUNS = 12  # of a kernel, before giving up
 _CLOSED = 0.01 * RESIDUAL  # what is aimed at by the first runs
-_HALVINGS = 14
+_HALVINGS = 30
 _ATTEMPTS = 400  # steps of all sizes before giving up
 _FIRST = 0.25  # of the way: no step is longer
 _ROUGH = 1e-9  # of a unit, over the conditioning: less is nothing
@@ -95,17 +95,22 @@ class Homes:
         with np.errstate(all="ignore"):  # what overflows on the way is flagged
             return self._walked(own, parameters - own)
 
-    def changes(self, parameters: FloatArray, coordinates: FloatArray) -> FloatArray:
-        """How what is told changes by each parameter, (told, m, n), at homes (q, n) of designs
-        (m, n).
+    def changes(
+        self, parameters: FloatArray, home: Mapping[int, FloatArray], coordinates: Sequence[int]
+    ) -> FloatArray:
+        """How coordinates change at home by each parameter, (q, m, n), in designs (m, n) whose
+        homes are given by coordinate (n,).
         """
         m, n = parameters.shape
-        found = np.empty((len(self.told), m, n))
+        rows = [self.rows.coordinates.index(k) for k in coordinates]
+        found = np.empty((len(rows), m, n))
+        if not rows:
+            return found
+        guess = np.array([home[k] for k in self.plan.iterated]).reshape(-1, n)
         for k in range(m):
             way = np.zeros((m, n))
             way[k] = 1.0
-            out = self._run(parameters, way, coordinates[self._iterated])
-            found[:, k] = out[self._moving][: len(self.told)]
+            found[:, k] = self._run(parameters, way, guess)[self._moving][rows]
         return found
 
     def _walked(self, own: FloatArray, way: FloatArray) -> Stood:
@@ -252,7 +257,8 @@ class Ends:
     def _decisions(self) -> tuple[BoolArray, BoolArray]:
         """Of each decision, whether it is strict, and what it is in the file's own design."""
         own = [np.array([a]) for a in self.designs.own]
-        conditions = self.designs.opened(own, ARRAYS).conditions
+        with np.errstate(all="ignore"):
+            conditions = self.designs.opened(own, ARRAYS).conditions
         strict = np.array([c.strict for c in conditions], dtype=bool)
         return strict[:, None], np.array([c.holds for c in conditions], dtype=bool)[:, None]
 

@@ -201,7 +201,7 @@ class OtherDesigns:
         low, high, sound = self._bounds.at(values)
         status = stood.status.copy()
         status[~sound & (status == Status.CONVERGED)] = Status.OUT_OF_REACH
-        home = dict(zip(self.homes.told, stood.coordinates, strict=False))
+        home = dict(zip(self.homes.rows.coordinates, stood.coordinates, strict=True))
         return Given(values, home, status, low, high)
 
     @cached_property

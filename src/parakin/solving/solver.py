@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from parakin.arrays import FloatArray, StatusArray
+from parakin.arrays import FloatArray
 from parakin.errors import InputError
 from parakin.files.reading import load_motion
 from parakin.kernel.outputs import ORIENTATION, POINT, POSITION, Outputs
@@ -30,16 +30,16 @@ from parakin.solving.behind import forces_behind
 from parakin.solving.bodies import points_of
 from parakin.solving.charts import Chart, counted
 from parakin.solving.forces import Mechanics
-from parakin.solving.from_home import from_guess, home_values
+from parakin.solving.from_home import home_values
 from parakin.solving.homes import Homes
-from parakin.solving.inputs import Guesses, all_bounded, refuse_lean, stacked, turning_rows
+from parakin.solving.inputs import Guesses, refuse_lean, stacked, turning_rows
 from parakin.solving.locks import begun_at, locks_of
 from parakin.solving.options import Options
 from parakin.solving.other_designs import OtherDesigns
+from parakin.solving.poses import Poses
 from parakin.solving.results import Labels, quaternions
 from parakin.solving.simulated import Part, simulated
 from parakin.solving.simulation import Left
-from parakin.solving.status import RESIDUAL, SINGULAR
 from parakin.solving.tables import solver_html
 from parakin.solving.tick import Tick
 from parakin.solving.windows import Windows
@@ -54,7 +54,8 @@ class Solver:
     `driven`, `coordinates`: names, in the order of rows. `derivatives`: how many are computed.
     `home`: position of every coordinate and cone angle at home, by name [m, rad]. `iterated`:
     coordinates found by iteration and not in closed form, reported or not. `stops`: what can stop
-    it, by the numbers in results: declared limits, and loops that cannot be closed.
+    it, by the numbers in results: declared limits, and loops that cannot be closed. `free`: the
+    parameters that are left open; `opened`: the chart that knows them.
     """
 
     def __init__(
@@ -78,7 +79,6 @@ class Solver:
         self.coordinates = tuple(self._name(c) for c in outputs.coordinates[:reported])
         self.derivatives = outputs.derivatives
         self.home: Mapping[str, float] = home_values(graph, plan)
-        self._outputs = outputs
         self.reported = replace(outputs, coordinates=outputs.coordinates[:reported])
         self.layout = self.chart.layout
         self._atlas = Atlas(self.chart, self.reported)
@@ -86,19 +86,18 @@ class Solver:
         self._labels = Labels(
             graph, self.reported, self.coordinates, self.driven, self.home, self.stops
         )
-        self._iterated = plan.iterated
         self._locks = locks_of(plan)
-        self.iterated = tuple(self._name(c) for c in self._iterated)
+        self.iterated = tuple(self._name(c) for c in plan.iterated)
         hidden = tuple(n for n in self.iterated if n not in self.coordinates)
         at_home = np.array([self.home.get(name, np.nan) for name in self.coordinates])
         turning = turning_rows(self.layout, outputs, reported, counted(plan))
         self._guesses = Guesses(self.layout, at_home, self.iterated, hidden, turning)
-        self._answers = Answers(self._atlas, self._guesses, self._labels)
-        self._designs = None
+        self._poses = Poses(Answers(self._atlas, self._guesses, self._labels), self._locks)
+        self._designs, self.opened = None, self.chart
+        self.free: tuple[str, ...] = ()
         if homes is not None:
             self._designs = OtherDesigns.of(homes, self.chart, self._guesses, self._labels)
-        self._run = self.chart.run
-        self._undefined = self.layout.undefined
+            self.free, self.opened = self._designs.designs.names, self._designs.chart
         _ = self.chart.kernel  # compiled now and not at the first pose
 
     def __reduce__(self) -> tuple[Callable[[bytes], Solver], tuple[bytes]]:
@@ -162,7 +161,7 @@ class Solver:
                     "parameters", "forces of another design", "a solver compiled for it"
                 )
             return self.designs.at(inputs, guess, within, parameters, parallel=parallel)
-        tick = self._at(inputs, guess, within, parallel=parallel)
+        tick = self._poses.at(inputs, guess, within, parallel=parallel)
         if not (forces or reactions or energies):
             return tick
         asked = self.mechanics.asked(
@@ -173,36 +172,6 @@ class Solver:
             self.chart, self._locks, asked, inputs, tick, loads, turning, parallel=parallel
         )
         return tick._replace(forces=found)
-
-    def _at(
-        self,
-        inputs: FloatArray,
-        guess: ArrayLike | Tick | None,
-        within: float | None,
-        *,
-        parallel: bool,
-    ) -> Tick:
-        start = None if guess is None else self._guesses.start_of(guess, inputs.shape[1:])
-        walked: StatusArray | int = 0
-        if self._iterated:
-            known = None if start is None else start.iterated
-            out, walked = from_guess(self._atlas, self._locks, inputs, known)
-        else:
-            out = self._run(inputs, parallel=parallel)
-        plain = self._guesses.turned_to(out, start) if start is not None else True
-        checked = self._outputs.checks
-        plain = plain and (
-            all_bounded(inputs) if checked else all_bounded(inputs, out[self._answers.last_rows])
-        )
-        if plain and not checked:
-            good = 0 if out.ndim == 1 else np.zeros(out.shape[1], dtype=np.int8)
-            return self._answers.tick(out, good, np.nan, np.nan)
-        if plain and out.ndim == 1 and within is None and not walked and not self._undefined:
-            residual, conditioning, _, size, _ = out[self._outputs.figures].tolist()
-            closed = residual <= RESIDUAL * size and conditioning >= SINGULAR
-            if closed and self.chart.limits.kept(out):
-                return self._answers.tick(out, 0, residual, conditioning)
-        return self._answers.judged(out, inputs, start, walked, within, plain=plain)
 
     def _repr_html_(self) -> str:
         return solver_html(self, self._labels.units)
@@ -412,7 +381,7 @@ class Solver:
     def _driving(self, motion: Motion | str | Path) -> Motion:
         """The motion, its rows in the order of the driven coordinates, if it can be solved."""
         motion = motion if isinstance(motion, Motion) else self.motion(motion)
-        refuse_lean(self._outputs)
+        refuse_lean(self.chart.outputs)
         if set(motion.coordinates) != set(self.driven):
             found = f"coordinates {', '.join(motion.coordinates)}"
             expected = f"the driven coordinates {', '.join(self.driven)}"
