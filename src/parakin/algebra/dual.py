@@ -2,6 +2,7 @@
 
 Accelerations worked out from positions, rates and second rates that carry their own rates come
 with the jerk. What does not change in time is a plain scalar, so that constants cost nothing.
+Divisors are inverted once, so that rates by many things share the division.
 """
 
 from __future__ import annotations
@@ -43,12 +44,12 @@ class Dual:
 
     def __truediv__(self, other: Scalar) -> Scalar:
         quotient = self.value / value_of(other)
-        rate = sub(self.rate, mul(quotient, rate_of(other))) / value_of(other)
+        rate = mul(1.0 / value_of(other), sub(self.rate, mul(quotient, rate_of(other))))
         return dual(quotient, rate)
 
     def __rtruediv__(self, other: Scalar) -> Scalar:
         quotient = other / self.value
-        return dual(quotient, -mul(quotient, self.rate) / self.value)
+        return dual(quotient, mul(sub(0.0, quotient), mul(1.0 / self.value, self.rate)))
 
     def __pow__(self, exponent: float) -> Scalar:
         value: Any = self.value
@@ -88,12 +89,12 @@ def dual_functions(functions: Functions) -> Functions:
         root: Scalar = functions.sqrt(value_of(a))
         if not isinstance(a, Dual):
             return root
-        return dual(root, mul(0.5, rate_of(a)) / root)
+        return dual(root, mul(0.5 / root, rate_of(a)))
 
     def atan2(y: Scalar, x: Scalar) -> Scalar:
         a, b = value_of(y), value_of(x)
         turning = sub(mul(b, rate_of(y)), mul(a, rate_of(x)))
-        return dual(functions.atan2(a, b), turning / add(mul(a, a), mul(b, b)))
+        return dual(functions.atan2(a, b), mul(1.0 / add(mul(a, a), mul(b, b)), turning))
 
     def minimum(a: Scalar, b: Scalar) -> Scalar:
         side: Scalar = functions.copysign(0.5, sub(value_of(a), value_of(b)))

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from parakin.model.expressions import Value
     from parakin.solving.charts import Chart
     from parakin.solving.solver import Solver
+    from parakin.solving.tick import Tick
 
 _STEPS = 2  # of Newton's method from a pose that is closed already
 
@@ -79,21 +80,13 @@ def sensitivities(
     if solver.free and parameters is None:
         parameters = {}
     tick = solver.at(y, yd, ydd, guess, parameters=parameters)
-    status = np.atleast_1d(np.asarray(tick.status))
-    n, chart = len(status), solver.opened
     inputs = stacked(len(solver.driven), order, y, (yd, ydd)[:order])
-    driven = inputs[:, None] if inputs.ndim == 1 else inputs
-    driven = np.broadcast_to(driven, (len(driven), n))
-    found = begun_at(locks_of(solver.plan), solver.layout, tick).reshape(-1, n)
-    outputs = Outputs(solver.reported.coordinates, order, checks=False)
-    given, changes = _of_designs(solver, parameters, outputs, n)
-    rows = SensitivityRows(chart.plan, outputs, order)
-    kernel = chart.kept(("sensitivities", order), partial(_made, chart, rows))
-    count = len(outputs.coordinates)
-    out = np.empty((rows.seeds * count, n))
-    kernel(np.ascontiguousarray(np.concatenate([driven, given, found, changes])), out, False)
+    asked = Asked.of(solver, inputs, tick, parameters, order)
+    status = np.atleast_1d(np.asarray(tick.status))
+    out = asked.run()
     out[:, ~are(SOLVED, status)] = np.nan
-    table = out.reshape(rows.seeds, count, n).transpose(1, 0, 2)
+    count, n = len(solver.coordinates), len(status)
+    table = out.reshape(-1, count, n).transpose(1, 0, 2)
     undefined = np.isnan(tick.position.reshape(count, -1))
     table = np.where(undefined[:, None, :], np.nan, table)
     if tick.position.ndim == 1:
@@ -102,6 +95,38 @@ def sensitivities(
     return Sensitivities(
         solver.coordinates, solver.driven, solver.free, table[:, :k], table[:, k:], tick.status
     )
+
+
+class Asked(NamedTuple):
+    """A kernel of sensitivities, what it takes (i, n), and how many rows it returns."""
+
+    kernel: Kernel
+    inputs: FloatArray
+    rows: int
+
+    @staticmethod
+    def of(
+        solver: Solver,
+        driven: FloatArray,
+        tick: Tick,
+        parameters: Mapping[str, Value | ArrayLike] | None,
+        order: int,
+    ) -> Asked:
+        """driven: positions and rates (orders k,) or (orders k, n); tick: what `at` returned."""
+        chart, n = solver.opened, np.size(tick.status)
+        columns = np.broadcast_to(driven.reshape(len(driven), -1), (len(driven), n))
+        found = begun_at(locks_of(solver.plan), solver.layout, tick).reshape(-1, n)
+        outputs = Outputs(solver.reported.coordinates, order, checks=False)
+        given, changes = _of_designs(solver, parameters, outputs, n)
+        rows = SensitivityRows(chart.plan, outputs, order)
+        kernel = chart.kept(("sensitivities", order), partial(_made, chart, rows))
+        inputs = np.ascontiguousarray(np.concatenate([columns, given, found, changes]))
+        return Asked(kernel, inputs, rows.seeds * len(outputs.coordinates))
+
+    def run(self) -> FloatArray:
+        out = np.empty((self.rows, self.inputs.shape[1]))
+        self.kernel(self.inputs, out, False)
+        return out
 
 
 def _made(chart: Chart, rows: SensitivityRows) -> Kernel:
