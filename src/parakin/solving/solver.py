@@ -77,8 +77,8 @@ class Solver:
         self._outputs = outputs
         self.reported = replace(outputs, coordinates=outputs.coordinates[:reported])
         self.layout = self.chart.layout
-        self._atlas = Atlas(self.chart, self.reported)
-        self.stops = self._atlas.stops
+        self.atlas = Atlas(self.chart, self.reported)
+        self.stops = self.atlas.stops
         self._labels = Labels(
             graph, self.reported, self.coordinates, self.driven, self.home, self.stops
         )
@@ -89,7 +89,7 @@ class Solver:
         at_home = np.array([self.home.get(name, np.nan) for name in self.coordinates])
         turning = turning_rows(self.layout, outputs, reported, counted(plan))
         self._guesses = Guesses(self.layout, at_home, self.iterated, hidden, turning)
-        self._answers = Answers(self._atlas, self._guesses, self._labels)
+        self._answers = Answers(self.atlas, self._guesses, self._labels)
         self._run = self.chart.run
         self._undefined = self.layout.undefined
         _ = self.chart.kernel  # compiled now and not at the first pose
@@ -170,7 +170,7 @@ class Solver:
         walked: StatusArray | int = 0
         if self._iterated:
             known = None if start is None else start.iterated
-            out, walked = from_guess(self._atlas, self._locks, inputs, known)
+            out, walked = from_guess(self.atlas, self._locks, inputs, known)
         else:
             out = self._run(inputs, parallel=parallel)
         plain = self._guesses.turned_to(out, start) if start is not None else True
@@ -200,7 +200,7 @@ class Solver:
         """All joints and bodies in numbers, given driven values `y`, (k,), and what `at` returned
         for them.
         """
-        chart = self._atlas.followed  # which knows whatever is solved for
+        chart = self.atlas.followed  # which knows whatever is solved for
         known = begun_at(self._locks, self.layout, tick)
         inputs = np.concatenate([y, np.zeros(chart.outputs.derivatives * len(y)), known])
         return chart.configuration(y, chart.run(inputs))
@@ -213,7 +213,7 @@ class Solver:
     @property
     def angle_rows(self) -> list[int]:
         """Rows of `coordinates` that are angles."""
-        return self._atlas.angle_rows
+        return self.atlas.angle_rows
 
     def poses(self, y: ArrayLike, tick: Tick) -> tuple[FloatArray, FloatArray]:
         """The pose of every body, given driven values `y`, (k,), and what `at` returned for them.
@@ -325,7 +325,7 @@ class Solver:
             asked = self.mechanics.asked(
                 reactions=reactions, energies=energies, preload=preload, indeterminate=indeterminate
             )
-        return Windows(self._atlas, self._labels, points_of(self.graph, bodies), asked, loads)
+        return Windows(self.atlas, self._labels, points_of(self.graph, bodies), asked, loads)
 
     def simulate(
         self,
@@ -366,7 +366,7 @@ class Solver:
         if left is not None:
             names = tuple(self._name(k) for k in left.driven)
             return self._elsewhere(names, left.q)._part(bodies)
-        return Part(self.chart, Windows(self._atlas, self._labels, points_of(self.graph, bodies)))
+        return Part(self.chart, Windows(self.atlas, self._labels, points_of(self.graph, bodies)))
 
     def schema(
         self,

@@ -150,7 +150,7 @@ def walk(
         return _walked(chart, begin, goal, units)
 
 
-class _Ways:
+class Ways:
     """Many straight ways from one state, each covered as its part goes from 0 to 1."""
 
     def __init__(self, chart: Chart, begin: State, goal: FloatArray, units: FloatArray) -> None:
@@ -202,7 +202,7 @@ def _walked(
     chart: Chart, begin: State, goal: FloatArray, units: FloatArray
 ) -> tuple[FloatArray, StatusArray, FloatArray]:
     n, layout = goal.shape[1], chart.layout
-    ways = _Ways(chart, begin, goal, units)
+    ways = Ways(chart, begin, goal, units)
     home, begun = _set_off(chart, begin, ways.way)
     out, verdicts = home.repeat(n, axis=1), classify(home, layout).repeat(n)
     part, size, going = np.zeros(n), np.ones(n), ways.all
