@@ -126,12 +126,11 @@ def _curved(
     if not (np.isnan(before[2]).any() or np.isnan(after[2]).any()):
         return before, after
     bend = (after[1] - before[1]) / h
-    pair = []
-    for one in (before, after):
-        one = one.copy()
-        one[2] = np.where(np.isnan(one[2]), bend, one[2])
-        pair.append(one)
-    return pair[0], pair[1]
+
+    def known(states: FloatArray) -> FloatArray:
+        return np.array([*states[:2], np.where(np.isnan(states[2]), bend, states[2])])
+
+    return known(before), known(after)
 
 
 def _control_points(h: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
