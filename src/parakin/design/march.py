@@ -59,6 +59,7 @@ class March:
         self.stuck, self.passed_on, self.upper = (np.zeros(n, dtype=bool) for _ in range(3))
         self.number = np.zeros(n, dtype=np.intp)
         self.status = np.zeros(n, dtype=np.int8)
+        self.stuck_at = self.part, self.out
         self.traces: list[list[Node]] | None = None
 
     def run(self, patient: bool) -> None:
@@ -106,6 +107,7 @@ class March:
     def finish(self) -> None:
         """Go on to where those that are stuck end, halving a bracket or in ever shorter steps."""
         rays = np.flatnonzero(self.stuck)
+        self.stuck_at = self.part.copy(), self.out.copy()
         if not len(rays):
             return
         reach = np.minimum(self.part[rays] + 8.0 * _NEAR / self.ways.pace[rays], 1.0)
@@ -143,10 +145,12 @@ class March:
         passing = np.flatnonzero(~open_ & (self.status[rays] != Status.ANGLES_UNDEFINED))
         figures = [np.abs(before[self.outputs.conditioning])]
         for times in (1.0, 2.0):
-            back = self._at(part - times * _BACK / pace, part, before, rays, straight=True)
-            figures.append(np.abs(back[self.outputs.conditioning]))
-        left = _left(*figures) / pace
-        self.part[rays[passing]] += np.nan_to_num(left[passing])
+            at = part - times * _BACK / pace
+            back = self._at(at, self.stuck_at[0][rays], self.stuck_at[1][:, rays], rays, straight=True)
+            closed = classify(back.copy(), self.layout) == Status.CONVERGED
+            figures.append(np.where(closed, np.abs(back[self.outputs.conditioning]), np.nan))
+        left = np.nan_to_num(_left(*figures)) / pace
+        self.part[rays[passing]] += left[passing]
         return rays[open_], found[:, open_]
 
     def _beyond_at_end(self, rays: IndexArray, begun: FloatArray, before: FloatArray) -> None:
