@@ -40,7 +40,7 @@ class Ends:
     def of(chart: Chart) -> Ends:
         """Of all that limits positions."""
         limits, count = chart.limits, len(chart.outputs.coordinates)
-        found = []
+        found: list[tuple[float, ...]] = []
         for number, row, low, high, slack in zip(
             limits.numbers, limits.rows, limits.low, limits.high, limits.slack, strict=True
         ):
@@ -52,17 +52,9 @@ class Ends:
                     found.append((row, -sign, np.cos(end), cone, number, slack))
                 elif not cone and np.isfinite(end):
                     found.append((row, sign, end, cone, number, slack))
-        columns = np.array(found, dtype=float).reshape(-1, 6).T
-        rows, sign, ends, cone, numbers, slack = columns
-        return Ends(
-            chart,
-            rows.astype(np.intp),
-            sign,
-            ends,
-            cone.astype(bool),
-            numbers.astype(np.intp),
-            slack,
-        )
+        rows, signs, ends, cones, numbers, slacks = np.array(found).reshape(-1, 6).T
+        places, stops = rows.astype(np.intp), numbers.astype(np.intp)
+        return Ends(chart, places, signs, ends, cones.astype(bool), stops, slacks)
 
     @property
     def upper(self) -> BoolArray:
@@ -119,9 +111,7 @@ def judged(h: FloatArray, before: FloatArray, after: FloatArray, slack: FloatArr
     return Verdict(ended & (inside | monotonic), (after[0] > slack) & (crosses | monotonic))
 
 
-def _curved(
-    h: FloatArray, before: FloatArray, after: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def _curved(h: FloatArray, before: FloatArray, after: FloatArray) -> tuple[FloatArray, FloatArray]:
     """With second derivatives that are none (of cosines at 1) as those of the parabola."""
     if not (np.isnan(before[2]).any() or np.isnan(after[2]).any()):
         return before, after

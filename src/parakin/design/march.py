@@ -10,7 +10,7 @@ from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.design.ends import Ends, judged
 from parakin.solving.charts import Chart
 from parakin.solving.continuity import ASIDE, follows, missing_turns, stays_clear
-from parakin.solving.status import SINGULAR, Status, classify
+from parakin.solving.status import SINGULAR, Layout, Status, classify
 from parakin.solving.walking import Ways
 
 _FIRST, _STRIDE = 0.1, 0.5  # units: the first step of a ray, and the longest
@@ -40,6 +40,44 @@ def ends_of(chart: Chart) -> Ends:
     return chart.kept(("ends",), lambda: Ends.of(chart))
 
 
+def outputs_at(
+    ways: Ways,
+    rays: IndexArray,
+    target: FloatArray,
+    known: tuple[FloatArray, FloatArray],
+    *,
+    straight: bool = False,
+) -> FloatArray:
+    """Outputs at parts (n,) of rays, from parts known and outputs there; angles by full turns as
+    they go on from those.
+
+    straight: as slopes near the end of reach foretell nothing, begin from where it was.
+    """
+    (part, before), layout = known, ways.chart.layout
+    h = target - part
+    found = ways.at(target, _guess(layout, before, h * (not straight)), rays)
+    watched = layout.watched
+    if watched.turning.any():
+        a, b = _orders(layout, before, watched.rows), _orders(layout, found, watched.rows)
+        if straight:
+            a, b = (np.array([x[0], 0.0 * x[0], 0.0 * x[0]]) for x in (a, b))
+        turns = np.nan_to_num(missing_turns(h, a, b, watched.turning))
+        found[watched.rows] += 2.0 * np.pi * turns
+    return found
+
+
+def _guess(layout: Layout, out: FloatArray, h: FloatArray | float = 0.0) -> FloatArray:
+    """Iterated coordinates (m, n) a little farther on."""
+    x, v, a = (out[layout.iterated[order]] for order in range(3))
+    farther: FloatArray = x + h * (v + 0.5 * h * a) if np.any(h) else x
+    return farther
+
+
+def _orders(layout: Layout, out: FloatArray, rows: IndexArray) -> FloatArray:
+    """Position, velocity and acceleration (3, m, n)."""
+    return np.array([out[layout.outputs.derivative(rows, order)] for order in range(3)])
+
+
 class March:
     """Rays on one chart, n of them, and where each has come to. Arrays are changed in place.
 
@@ -52,7 +90,9 @@ class March:
         self.chart, self.ways, self.ends = chart, ways, ends_of(chart)
         self.layout, self.outputs = chart.layout, chart.outputs
         self.part = np.full(n, start.part)
-        self.out = ways.at(self.part, self._guess(start.out[:, None].repeat(n, 1)), ways.all)
+        self.out = ways.at(
+            self.part, _guess(self.layout, start.out[:, None].repeat(n, 1)), ways.all
+        )
         held = self.layout.watched.rows  # full turns as they were counted before
         self.out[held] = start.out[held, None]
         self.size = _FIRST / ways.pace
@@ -92,7 +132,7 @@ class March:
         crossing = good & (kept | met).all(axis=0) & ~on
         self._locate(rays, crossing, met, target, before)
         self.part[rays[on]], self.out[:, rays[on]] = target[on], found[:, on]
-        self._note(rays[on])
+        self.note(rays[on])
         self.size[rays] = np.where(on, np.minimum(2.0 * size, _STRIDE / pace), 0.5 * h)
         poor = (status != 0) | (before[self.outputs.conditioning] < _POOR)
         near = tiny if patient else tiny | (poor & (h * pace <= _NEAR))
@@ -102,7 +142,8 @@ class March:
         # What is neither kept nor met at the shortest step is undefined there.
         lost = good & tiny & ~on & ~crossing
         self.stuck[rays[lost]], self.status[rays[lost]] = True, Status.ANGLES_UNDEFINED
-        return crossing | stuck | lost | (on & (target == 1.0))
+        done: BoolArray = crossing | stuck | lost | (on & (target == 1.0))
+        return done
 
     def finish(self) -> None:
         """Go on to where those that are stuck end, halving a bracket or in ever shorter steps."""
@@ -128,7 +169,7 @@ class March:
             self.status[rays[~good]] = np.maximum(status[~good], 1)
         self.out[:, rays], self.part[rays] = last, low
         self._beyond_at_end(rays, begun, before)
-        self._note(rays)
+        self.note(rays)
         self.stuck[:] = False
         if len(again) and not self.layout.unsigned:
             self._patiently(again)
@@ -146,7 +187,9 @@ class March:
         figures = [np.abs(before[self.outputs.conditioning])]
         for times in (1.0, 2.0):
             at = part - times * _BACK / pace
-            back = self._at(at, self.stuck_at[0][rays], self.stuck_at[1][:, rays], rays, straight=True)
+            back = self._at(
+                at, self.stuck_at[0][rays], self.stuck_at[1][:, rays], rays, straight=True
+            )
             closed = classify(back.copy(), self.layout) == Status.CONVERGED
             figures.append(np.where(closed, np.abs(back[self.outputs.conditioning]), np.nan))
         left = np.nan_to_num(_left(*figures)) / pace
@@ -189,31 +232,7 @@ class March:
         *,
         straight: bool = False,
     ) -> FloatArray:
-        """Outputs at parts, from those before, angles by full turns as they go on from there.
-
-        straight: as slopes near the end of reach foretell nothing, begin from where it was.
-        """
-        h = target - part
-        guess = self._guess(before, h * (not straight))
-        found = self.ways.at(target, guess, rays)
-        watched = self.layout.watched
-        if watched.turning.any():
-            a, b = self._orders(before, watched.rows), self._orders(found, watched.rows)
-            if straight:
-                a, b = (np.array([x[0], 0.0 * x[0], 0.0 * x[0]]) for x in (a, b))
-            turns = np.nan_to_num(missing_turns(h, a, b, watched.turning))
-            found[watched.rows] += 2.0 * np.pi * turns
-        return found
-
-    def _guess(self, out: FloatArray, h: FloatArray | float = 0.0) -> FloatArray:
-        """Iterated coordinates (m, n) a little farther on."""
-        x, v, a = (out[self.layout.iterated[order]] for order in range(3))
-        if not np.any(h):
-            return x
-        return np.asarray(x + h * (v + 0.5 * h * a))
-
-    def _orders(self, out: FloatArray, rows: IndexArray) -> FloatArray:
-        return np.array([out[self.outputs.derivative(rows, order)] for order in range(3)])
+        return outputs_at(self.ways, rays, target, (part, before), straight=straight)
 
     def _smooth(
         self,
@@ -225,7 +244,7 @@ class March:
     ) -> BoolArray:
         """Which steps one smooth motion leads over."""
         layout, h = self.layout, target - part
-        states = self._orders(before, layout.unknowns), self._orders(found, layout.unknowns)
+        states = _orders(layout, before, layout.unknowns), _orders(layout, found, layout.unknowns)
         digits = self.chart.digits_factor * found[self.outputs.conditioning]
         pace, bulk = self.ways.pace[rays], self.ways.bulk[rays]
         smooth: BoolArray = np.logical_and.reduce(
@@ -234,7 +253,7 @@ class March:
         if layout.unsigned:
             figure, aside = self.outputs.unsigned, ASIDE * h
             ahead, behind = (
-                self.ways.at(at + on, self._guess(out, on), rays)[figure]
+                self.ways.at(at + on, _guess(layout, out, on), rays)[figure]
                 for at, out, on in ((part, before, aside), (target, found, -aside))
             )
             smooth &= stays_clear(h, before[figure], found[figure], ahead, behind)
@@ -261,7 +280,7 @@ class March:
             ray, end = rays[column], ends[first]
             self.part[ray], self.out[:, ray] = at[first], out[:, first]
             self.number[ray], self.upper[ray] = self.ends.numbers[end], self.ends.upper[end]
-        self._note(rays[crossing])
+        self.note(rays[crossing])
 
     def _roots(
         self,
@@ -294,7 +313,8 @@ class March:
             at = np.where(found, at, np.where(fine, at + step, 0.5 * (low + high)))
         return at, out
 
-    def _note(self, rays: IndexArray) -> None:
+    def note(self, rays: IndexArray) -> None:
+        """Add where these rays are to their traces, if these are kept."""
         if self.traces is not None:
             for ray in rays.tolist():
                 node = Node(float(self.part[ray]), self.chart, self.out[:, ray].copy())

@@ -8,12 +8,13 @@ Newton's steps in a bracket, with the kernel's own rates.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
-from parakin.design.march import March, Node
+from parakin.design.march import March, Node, outputs_at
 from parakin.solving.atlas import Atlas
 from parakin.solving.charts import Chart
 from parakin.solving.tracking import POORER
@@ -42,7 +43,7 @@ def no_limit(atlas: Atlas, node: Node, n: int) -> Met:
         np.zeros(n, dtype=np.intp),
         np.zeros(n, dtype=bool),
         np.zeros(n, dtype=np.int8),
-        _reported(atlas, node.chart, node.out[:, None]).repeat(n, axis=1),
+        _told(atlas, node.chart, node.out[:, None]).repeat(n, axis=1),
     )
 
 
@@ -76,10 +77,10 @@ def _follow(
 ) -> None:
     """The same from any node on these rays, written to `met`; on other charts where need be."""
     chart = start.chart
-    at_rest = State(np.array([origin]), np.empty((1, 0)))
-    march = March(chart, Ways(chart, at_rest, goal[:, rays], atlas.units), start)
+    march = March(chart, Ways(chart, _at_rest(origin), goal[:, rays], atlas.units), start)
     if traces is not None:
         march.traces = [traces[ray] for ray in rays.tolist()]
+        march.note(march.ways.all)
     march.run(patient=chart.layout.unsigned)
     for k in np.flatnonzero(march.stuck):
         node = Node(float(march.part[k]), chart, march.out[:, k])
@@ -94,7 +95,11 @@ def _follow(
     ray = rays[mine]
     met.part[ray], met.number[ray] = march.part[mine], march.number[mine]
     met.upper[ray], met.status[ray] = march.upper[mine], march.status[mine]
-    met.position[:, ray] = _reported(atlas, chart, march.out[:, mine])
+    met.position[:, ray] = _told(atlas, chart, march.out[:, mine])
+
+
+def _at_rest(origin: FloatArray) -> State:
+    return State(np.array([origin]), np.empty((1, 0)))
 
 
 def _tell(atlas: Atlas, march: March, origin: FloatArray) -> None:
@@ -106,7 +111,7 @@ def _tell(atlas: Atlas, march: March, origin: FloatArray) -> None:
         march.number[rays] = atlas.loop_stops(march.chart, driven, out)
 
 
-def _reported(atlas: Atlas, chart: Chart, out: FloatArray) -> FloatArray:
+def _told(atlas: Atlas, chart: Chart, out: FloatArray) -> FloatArray:
     """Positions of what the solver reports, (coordinates, n)."""
     return out[[chart.places[c] for c in atlas.outputs.coordinates]]
 
@@ -127,3 +132,64 @@ def _other_chart(atlas: Atlas, node: Node, origin: FloatArray, goal: FloatArray)
         if found is not None:
             return Node(node.part, other, found[:, 0])
     return None
+
+
+class Ray(NamedTuple):
+    """One ray that was followed: from `origin` (k,) to `goal` (k,), with its nodes."""
+
+    origin: FloatArray
+    goal: FloatArray
+    nodes: list[Node]
+
+    def driven(self, part: FloatArray) -> FloatArray:
+        """Driven positions (k, n) at parts (n,)."""
+        found: FloatArray = self.origin[:, None] + part * (self.goal - self.origin)[:, None]
+        return found
+
+
+Measure = Callable[[Chart, FloatArray, FloatArray], FloatArray]
+"""Some figures (m, n), given a chart, parts (n,) of a ray and outputs there (rows, n)."""
+
+
+class Stretch(NamedTuple):
+    """Places on a ray that one chart knows: their numbers, and outputs (rows, n)."""
+
+    columns: IndexArray
+    chart: Chart
+    out: FloatArray
+
+
+def places(atlas: Atlas, ray: Ray, part: FloatArray) -> list[Stretch]:
+    """Parts (n,) of a ray that was followed so far, chart by chart."""
+    before = np.array([node.part for node in ray.nodes])
+    nearest = np.maximum(np.searchsorted(before, part, side="right") - 1, 0)
+    charts = list(dict.fromkeys(node.chart for node in ray.nodes))
+    on = np.array([charts.index(node.chart) for node in ray.nodes])[nearest]
+    found = []
+    with np.errstate(all="ignore"):
+        for number in np.unique(on).tolist():
+            columns = np.flatnonzero(on == number)
+            goal = ray.goal[:, None].repeat(len(columns), axis=1)
+            ways = Ways(charts[number], _at_rest(ray.origin), goal, atlas.units)
+            known = np.array([ray.nodes[k].out for k in nearest[columns]]).T
+            begun = before[nearest[columns]]
+            out = outputs_at(ways, ways.all, part[columns], (begun, known))
+            found.append(Stretch(columns, charts[number], out))
+    return found
+
+
+def along(atlas: Atlas, ray: Ray, part: FloatArray, measure: Measure) -> FloatArray:
+    """Figures (m, n) at parts (n,) of a ray that was followed so far."""
+    found = places(atlas, ray, part)
+    with np.errstate(all="ignore"):
+        pieces = [measure(chart, part[columns], out) for columns, chart, out in found]
+    figures = np.empty((len(pieces[0]), len(part)))
+    for (columns, *_), values in zip(found, pieces, strict=True):
+        figures[:, columns] = values
+    return figures
+
+
+def reported(atlas: Atlas, ray: Ray, part: float) -> FloatArray:
+    """Positions of what the solver reports (coordinates,) at a part of a ray."""
+    _, chart, out = places(atlas, ray, np.array([part]))[0]
+    return _told(atlas, chart, out)[:, 0]

@@ -1,0 +1,53 @@
+"""The command that tells how far, how fast and how hard a mechanism moves."""
+
+from __future__ import annotations
+
+import argparse
+
+from parakin.cli.inputs import check_outputs, load_mechanism, values_of
+from parakin.cli.streams import say, tell
+from parakin.design.choice import driven_for
+from parakin.design.range import range as range_of
+from parakin.errors import printable
+from parakin.files import tables
+from parakin.model.expressions import Parameters
+from parakin.model.units import FREQUENCY
+from parakin.solving.compiler import compile as compile_mechanism
+from parakin.views import range_plot, range_text
+from parakin.views.plots import check_figure, save
+
+
+def ranges(options: argparse.Namespace) -> int:
+    """Find, write, draw and tell. Returns 1 where there is no pose to count from."""
+    paths = [path for path in (options.output, options.plot) if path is not None]
+    if options.output is not None:
+        tables.check_table(options.output)
+    if options.plot is not None:
+        check_figure(options.plot)
+    check_outputs(options, paths)
+    mechanism = load_mechanism(options)
+    chosen = [name.strip() for name in options.driven.split(",")] if options.driven else None
+    solver = compile_mechanism(mechanism, chosen or driven_for(mechanism))
+    frequency = None
+    if options.frequency is not None:
+        evaluate = Parameters(mechanism.parameters, mechanism.where).evaluate
+        frequency = evaluate(options.frequency, FREQUENCY, "--frequency")
+    found = range_of(
+        solver,
+        values_of(solver.graph, options.pose, "--from", 0),
+        offsets=values_of(solver.graph, options.offsets, "--with", 0),
+        pairs=options.pairs,
+        frequency=frequency,
+        forces=options.forces,
+        least_conditioning=options.conditioning,
+    )
+    if options.output is not None:
+        tables.write(range_text.frame(found), found, options.output)
+    if options.plot is not None and not found.attrs["stopped"]:
+        save(range_plot.ranges(found, title=solver.mechanism.name), options.plot)
+    say(range_text.range_report(found))
+    if found.attrs["stopped"]:
+        return 1
+    if paths:
+        tell(printable(f"wrote {', '.join(map(str, paths))}"))
+    return 0
