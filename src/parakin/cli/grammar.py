@@ -126,7 +126,7 @@ def _add_range(commands: _Commands) -> None:
         "--forces", action="store_true", help="the drives' largest efforts are limits too"
     )
     ranges.add_argument(
-        "--conditioning",
+        "--least-conditioning",
         metavar="PART",
         type=_number,
         help="how near to a singularity it may come, home being 1",

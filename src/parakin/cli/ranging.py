@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from parakin.cli.inputs import check_outputs, load_mechanism, values_of
 from parakin.cli.streams import say, tell
 from parakin.design.choice import driven_for
 from parakin.design.range import range as range_of
-from parakin.errors import printable
+from parakin.errors import InputError, nearest, printable
 from parakin.files import tables
 from parakin.model.expressions import Parameters
 from parakin.model.units import FREQUENCY
 from parakin.solving.compiler import compile as compile_mechanism
 from parakin.views import range_plot, range_text
 from parakin.views.plots import check_figure, save
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from parakin.solving.solver import Solver
 
 
 def ranges(options: argparse.Namespace) -> int:
@@ -34,20 +41,36 @@ def ranges(options: argparse.Namespace) -> int:
         frequency = evaluate(options.frequency, FREQUENCY, "--frequency")
     found = range_of(
         solver,
-        values_of(solver.graph, options.pose, "--from", 0),
-        offsets=values_of(solver.graph, options.offsets, "--with", 0),
+        _of_driven(solver, options.pose, "--from"),
+        offsets=_of_driven(solver, options.offsets, "--with"),
         pairs=options.pairs,
         frequency=frequency,
-        forces=options.forces,
-        least_conditioning=options.conditioning,
+        forces=options.forces or bool(options.payload),
+        least_conditioning=options.least_conditioning,
     )
+    _deliver(found, options)
+    return 1 if found.attrs["stopped"] else 0
+
+
+def _of_driven(solver: Solver, settings: Sequence[str], option: str) -> dict[str, float]:
+    """Positions by driven coordinate [SI]. Raises InputError."""
+    values = values_of(solver.graph, settings, option, 0)
+    for name in values:
+        if name not in solver.driven:
+            found = f"{name!r}, which is not driven"
+            raise InputError(option, found, nearest(name, solver.driven))
+    return values
+
+
+def _deliver(found: xr.Dataset, options: argparse.Namespace) -> None:
+    """Write, draw and tell."""
+    written = []
     if options.output is not None:
+        written.append(options.output)
         tables.write(range_text.frame(found), found, options.output)
     if options.plot is not None and not found.attrs["stopped"]:
-        save(range_plot.ranges(found, title=solver.mechanism.name), options.plot)
+        written.append(options.plot)
+        save(range_plot.ranges(found, title=found.attrs["mechanism"]), options.plot)
     say(range_text.range_report(found))
-    if found.attrs["stopped"]:
-        return 1
-    if paths:
-        tell(printable(f"wrote {', '.join(map(str, paths))}"))
-    return 0
+    if written:
+        tell(printable(f"wrote {', '.join(map(str, written))}"))

@@ -179,7 +179,7 @@ def _draw_boundary(
         axes.fill(*corners.T, color=_FREE, linewidth=0)
     middle = 0.5 * (boundary + np.roll(boundary, -1, axis=0))
     before = np.roll(middle, 1, axis=0)
-    lines = [line for line in np.stack([before, boundary, middle], axis=1)]
+    lines = list(np.stack([before, boundary, middle], axis=1))
     known = [k for k, line in enumerate(lines) if np.isfinite(line).all()]
     axes.add_collection(
         LineCollection(
