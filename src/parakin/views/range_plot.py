@@ -174,7 +174,9 @@ def _draw_boundary(
     """
     from matplotlib.collections import LineCollection
 
-    corners = boundary[np.isfinite(boundary).all(axis=1)]
+    boundary = boundary.copy()
+    boundary[~np.isfinite(boundary).all(axis=1)] = np.nan
+    corners = boundary[~np.isnan(boundary).any(axis=1)]
     if len(corners):
         axes.fill(*corners.T, color=_FREE, linewidth=0)
     middle = 0.5 * (boundary + np.roll(boundary, -1, axis=0))
