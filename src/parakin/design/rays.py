@@ -84,7 +84,7 @@ def _follow(
     march.run(patient=chart.layout.unsigned)
     for k in np.flatnonzero(march.stuck):
         node = Node(float(march.part[k]), chart, march.out[:, k])
-        other = _other_chart(atlas, node, origin, goal[:, rays[k]])
+        other = other_chart(atlas, node, origin, goal[:, rays[k]])
         if other is not None:
             march.stuck[k] = False
             _follow(atlas, other, origin, goal, rays[k : k + 1], met, traces)
@@ -116,7 +116,7 @@ def _told(atlas: Atlas, chart: Chart, out: FloatArray) -> FloatArray:
     return out[[chart.places[c] for c in atlas.outputs.coordinates]]
 
 
-def _other_chart(atlas: Atlas, node: Node, origin: FloatArray, goal: FloatArray) -> Node | None:
+def other_chart(atlas: Atlas, node: Node, origin: FloatArray, goal: FloatArray) -> Node | None:
     """The same place on another chart, if it is only the plan that ends here."""
     chart, figure = node.chart, float(node.out[node.chart.outputs.conditioning])
     if not abs(figure) < _POOR:
