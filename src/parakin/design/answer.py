@@ -79,7 +79,7 @@ def answer(
         "unit": ("driven", _units(solver, solver.driven)),
         "coordinate_unit": ("coordinate", _units(solver, solver.coordinates)),
     }
-    if pairs is not None:
+    if pairs:
         data["boundary"] = (("pair", "ray", "side"), np.array([p.boundary for p in pairs]))
         data["boundary_stopped_by"] = (("pair", "ray"), _texts(np.array([p.words for p in pairs])))
         known["side"] = ["first", "second"]

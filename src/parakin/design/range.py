@@ -13,7 +13,7 @@ from parakin.arrays import FloatArray
 from parakin.design.answer import Alone, Pair, answer, blocked
 from parakin.design.envelopes import envelopes
 from parakin.design.march import Node
-from parakin.design.rays import Ray, follow, reported
+from parakin.design.rays import Ray, follow, other_chart, reported
 from parakin.design.stopping import Demands, cut_short, words_of
 from parakin.design.strength import Efforts, Firmness
 from parakin.design.swing import amplitudes
@@ -22,7 +22,7 @@ from parakin.solving.forces import is_finite
 from parakin.solving.inputs import refuse_lean
 from parakin.solving.locks import begun_at, locks_of
 from parakin.solving.solver import Solver
-from parakin.solving.status import SOLVED, Status
+from parakin.solving.status import SOLVED, Status, converged
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -134,7 +134,10 @@ def _start(solver: Solver, y: FloatArray) -> tuple[_Start | None, str]:
     chart = solver.atlas.followed
     guess = begun_at(locks_of(solver.plan), solver.layout, tick)
     out = chart.run(np.concatenate([y, np.zeros(2 * len(y)), guess]))
-    return _Start(y, Node(0.0, chart, out)), ""
+    node = Node(0.0, chart, out)
+    if not converged(out[:, None], chart.layout)[0]:  # solved where this chart is singular
+        node = other_chart(solver.atlas, node, y, y) or node
+    return _Start(y, node), ""
 
 
 def _moved(
