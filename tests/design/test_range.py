@@ -327,3 +327,57 @@ def test_bad_input_is_refused() -> None:
         parakin.range(rig(), forces=True)
     with pytest.raises(InputError, match="accelerations"):
         parakin.range(parakin.compile(RIG, derivatives=1))
+
+
+@pytest.mark.parametrize("name", ["delta", "6-rus", "3-rrr", "linear-delta", "seat-3dof", "3-prs"])
+def test_poses_are_solved_up_to_the_ends_and_not_beyond(name: str) -> None:
+    solver = parakin.compile(name)
+    found = parakin.range(solver)
+    home = np.array([solver.home[each] for each in solver.driven])
+    for row, ends in enumerate(found["travel"].values):
+        for end in ends[np.isfinite(ends)]:
+            way = np.eye(len(home))[row] * np.sign(end)
+            inside = solver.at(home + (abs(end) - 1e-8) * way)
+            beyond = solver.at(home + (abs(end) + 1e-8) * way)
+            assert inside.status == parakin.Status.CONVERGED
+            assert beyond.status != parakin.Status.CONVERGED
+
+
+def test_one_coordinate_has_no_pairs() -> None:
+    assert "boundary" not in parakin.range(crank(), pairs=True)
+
+
+def test_a_range_is_asked_of_where_home_s_plan_is_singular_and_the_mechanism_is_not() -> None:
+    hexapod = parakin.compile("gough-stewart")
+    found = parakin.range(hexapod, {"platform.pitch": np.pi / 2}, frequency=0.5)
+    assert found.attrs["stopped"] == ""
+    assert np.isfinite(found["amplitude"].values).all()
+
+
+def test_cones_of_35_degrees_end_no_coordinate_alone() -> None:
+    wide = parakin.compile(RIG, parameters={"cone": "179 deg"})
+    found = parakin.range(wide)["travel"].values
+    assert found == pytest.approx(parakin.range(rig())["travel"].values, abs=1e-13)
+
+
+def leg_directions(pose: np.ndarray) -> np.ndarray:
+    base = pairs_at(0.82, 14.0, 0.0)
+    along = pose[:3, None] + np.roll(pairs_at(0.61, 18.0, -60.0), -1, axis=1) - base
+    return np.asarray(along / np.linalg.norm(along, axis=0))
+
+
+@pytest.mark.parametrize("row", [0, 1, 2])
+def test_narrow_cones_end_translations_where_a_leg_has_tilted_as_far(row: int) -> None:
+    narrow = parakin.compile(RIG, parameters={"cone": "8 deg"})
+    found = parakin.range(narrow)
+    for side, sign in enumerate((-1.0, 1.0)):
+
+        def tilted(s: float, way: np.ndarray = sign * np.eye(6)[row]) -> float:
+            cosines = (leg_directions(home() + s * way) * leg_directions(home())).sum(axis=0)
+            return float(np.arccos(cosines.min()) - np.radians(8))
+
+        where = brentq(tilted, 0.0, 0.5, xtol=1e-14)
+        if where < way_left(home(), sign * np.eye(6)[row]):
+            assert sign * found["travel"].values[row, side] == pytest.approx(where, abs=1e-11)
+            assert str(found["stopped_by"].values[row, side]).endswith(".cone > 8°")
+    assert ".cone" in str(found["stopped_by"].values[0, 1])
