@@ -23,6 +23,7 @@ from parakin.views.browser.messages import (
 )
 from parakin.views.units import Unit, unit_of
 
+_BELOW = 1e9  # the order of what stands below the sliders, which come and go
 _UNNUMBERED = "unnumbered"  # a branch that no search has found yet
 
 
@@ -76,7 +77,7 @@ class DriveTab:
             self._branch_list = gui.add_dropdown("Branch", [HOME])
             self._search_button = gui.add_button("Search for branches here")
             self._result = gui.add_markdown("", visible=False)
-            self._left = gui.add_markdown("", visible=False)
+            self._left = gui.add_markdown("", visible=False, order=_BELOW)
             self._efforts = gui.add_markdown("", visible=False)
             self._here_button = gui.add_button("Drive from here")
             self._home_button = gui.add_button("Home")
