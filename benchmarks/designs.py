@@ -21,6 +21,7 @@ from benchmarks.timing import best, machine
 from parakin import Mechanism, Solver
 from parakin.analysis.sensitivities import Asked
 from parakin.arrays import FloatArray
+from parakin.model.evaluation import graph_of
 
 BATCH, TURNS = 8192, 7
 LEGS = [f"P{i}" for i in range(1, 7)]
@@ -31,31 +32,19 @@ LENGTHS = ["d1", "d2", "d3", "d4", "d5", "l1", "l2", "l3", "b", "h"]
 def hexapod() -> Mechanism:
     """The catalogue's, the joints' places on base (x, y) and platform (u, v) being parameters."""
     mechanism = parakin.load("gough-stewart")
+    joints = {joint.name: joint for joint in mechanism.joints}
     values = dict(mechanism.parameters)
-    joints = []
-    for joint in mechanism.joints:
-        kind, number = joint.name[0], joint.name[1:]
-        if kind == "U":
-            values[f"x{number}"], values[f"y{number}"] = joint.on_parent.at[:2]
-            at = (f"x{number}", f"y{number}", 0.0)
-            joint = joint.model_copy(
-                update={"on_parent": joint.on_parent.model_copy(update={"at": at})}
-            )
-        elif kind == "S":
-            values[f"u{number}"], values[f"v{number}"] = joint.on_child.at[:2]
-            at = (f"u{number}", f"v{number}", 0.0)
-            joint = joint.model_copy(
-                update={"on_child": joint.on_child.model_copy(update={"at": at})}
-            )
-        joints.append(joint)
-    fixed = {name: value for name, value in values.items() if name not in PLACES}
-    numbers = parakin.compile(mechanism, machine_code=False).graph
-    for joint, made in zip(mechanism.joints, numbers.joints, strict=False):
-        if joint.name[0] == "U":
-            fixed[f"x{joint.name[1:]}"], fixed[f"y{joint.name[1:]}"] = made.F.p[:2]
-        elif joint.name[0] == "S":
-            fixed[f"u{joint.name[1:]}"], fixed[f"v{joint.name[1:]}"] = made.M.p[:2]
-    return mechanism.model_copy(update={"joints": tuple(joints), "parameters": fixed})
+    for made in graph_of(mechanism).joints:
+        kind, number = made.name[0], made.name[1:]
+        side = {"U": "on_parent", "S": "on_child"}.get(kind)
+        if side is None:
+            continue
+        p = made.F.p if kind == "U" else made.M.p
+        names = [f"{axis}{number}" for axis in ("xy" if kind == "U" else "uv")]
+        values |= dict(zip(names, p[:2], strict=True))
+        frame = getattr(joints[made.name], side).model_copy(update={"at": (*names, 0.0)})
+        joints[made.name] = joints[made.name].model_copy(update={side: frame})
+    return mechanism.model_copy(update={"joints": tuple(joints.values()), "parameters": values})
 
 
 def poses(solver: Solver) -> FloatArray:

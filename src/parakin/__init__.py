@@ -20,6 +20,7 @@ The packages follow the flow of the data; each imports only those listed before 
 - `solving`: compiling solvers, following motions, simulating, labelled results, assembly modes
 - `analysis`: mobility, singularities, stiffness, small motions (beside it, real time when it comes)
 - `exports`: models and code for other programs
+- `design`: how far, how fast and how hard a mechanism moves, and what stops it
 - `views`: figures, films, reports, schemes, pages in the browser
 - `verbs`: commands as functions, `parakin.check`, `draw`, ...: all but `list`, `modes`, `solve` and
   `simulate`, which are `parakin.catalogue`, `parakin.modes`, `Solver.solve` and `Solver.simulate`
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from parakin.analysis.sensitivities import sensitivities
     from parakin.analysis.singularities import singularities
     from parakin.analysis.stiffness import stiffness
+    from parakin.design.range import range
     from parakin.errors import (
         AssemblyError,
         DrivenError,
@@ -83,6 +85,7 @@ _MODULES = {
     "linearise": "analysis.linearisation",
     "simulate_batch": "solving.batches",
     "stiffness": "analysis.stiffness",
+    "range": "design.range",
     "check": "verbs",
     "draw": "verbs",
     "export": "verbs",
@@ -140,6 +143,7 @@ __all__ = [
     "load",
     "modes",
     "plot",
+    "range",
     "record",
     "report",
     "require_solved",

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from parakin.algebra import varied
-from parakin.algebra.spatial import ARRAYS
+from parakin.algebra.spatial import ARRAYS, as_array
 from parakin.algebra.varied import Record, Varied, as_number, nominal, scalar_of
 
 DESIGNS = np.array([0.3, 0.4, -0.2, 0.55])
@@ -80,7 +80,10 @@ def test_decisions_follow_the_own_design_and_are_recorded() -> None:
     assert a > 0.0
     assert not a > 0.35
     assert a <= 0.3
-    margins = [(c.margin > 0 if c.strict else c.margin >= 0).tolist() for c in record.conditions]
+    margins = [
+        (as_array(c.margin) > 0 if c.strict else as_array(c.margin) >= 0).tolist()
+        for c in record.conditions
+    ]
     assert [c.holds for c in record.conditions] == [True, False, True]
     assert margins[0] == [True, True, False, True]
     assert margins[1] == [False, True, False, True]
@@ -92,7 +95,7 @@ def test_no_single_number_can_be_made_of_it_by_mistake() -> None:
     with pytest.raises(TypeError, match="no single value"):
         float(a)
     with pytest.raises(TypeError):
-        math.sin(a)  # type: ignore[arg-type]
+        math.sin(a)
     with pytest.raises(TypeError):
         np.sin(a)  # type: ignore[call-overload]
     assert as_number(a) is a

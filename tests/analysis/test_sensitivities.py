@@ -78,16 +78,16 @@ def test_a_fixed_design_tells_those_of_what_is_driven() -> None:
     assert found.by_parameter.shape == (len(solver.coordinates), 0)
     for name, unit in zip(solver.driven, np.eye(6), strict=True):
         rates = solver.at(y, unit).velocity
-        np.testing.assert_allclose(
-            [found.of(c, name) for c in solver.coordinates], rates, atol=1e-13
-        )
+        slopes = np.array([found.of(c, name) for c in solver.coordinates])
+        np.testing.assert_allclose(slopes, rates, atol=1e-13)
 
 
 def test_what_is_not_solved_has_none() -> None:
     solver = parakin.compile("four-bar", free=["a", "b", "c", "d"], machine_code=False)
     found = parakin.sensitivities(solver, [[0.7, 0.7]], parameters={"b": np.array([0.12, 0.9])})
-    assert found.status.tolist()[0] == 0
-    assert found.status.tolist()[1] in (Status.OUT_OF_REACH, Status.NOT_REACHED)
+    good, bad = np.asarray(found.status).tolist()
+    assert good == 0
+    assert bad in (Status.OUT_OF_REACH, Status.NOT_REACHED)
     assert np.isfinite(found.by_parameter[..., 0]).all()
     assert np.isnan(found.by_parameter[..., 1]).all()
 

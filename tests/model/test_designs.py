@@ -7,7 +7,7 @@ import pytest
 
 import parakin
 from parakin import InputError, Mechanism
-from parakin.algebra.spatial import ARRAYS, FLOATS
+from parakin.algebra.spatial import ARRAYS, FLOATS, as_array
 from parakin.model.designs import Designs
 from parakin.model.evaluation import graph_of
 from parakin.model.graph import Graph
@@ -82,7 +82,9 @@ def test_parameters_that_are_not_given_follow_from_those_that_are() -> None:
 def test_a_decision_that_another_design_would_take_otherwise_is_told() -> None:
     designs = Designs.of(bar(length=0.5), ["length"])
     conditions = designs.opened([np.array([0.5, 0.1, -0.1])], ARRAYS).conditions
-    held = [(c.margin > 0.0) == c.holds for c in conditions]  # the limits are no range otherwise
+    held = [
+        (as_array(c.margin) > 0.0) == c.holds for c in conditions
+    ]  # the limits are no range otherwise
     assert np.logical_and.reduce(held).tolist() == [True, True, False]
 
 

@@ -524,7 +524,7 @@ def test_the_walk_from_home_passes_where_angles_lock(angle: float) -> None:
 
 
 def test_a_chart_that_does_not_serve_is_forgotten() -> None:
-    atlas = parakin.compile("four-bar")._atlas
+    atlas = parakin.compile("four-bar").atlas
     chart = atlas.home
     at = chart.configuration(np.array([0.3]), chart.run(np.array([[0.3], [0.0], [0.0]]))[:, 0])
     (made,) = atlas.others(chart, at, at)

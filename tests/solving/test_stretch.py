@@ -16,7 +16,7 @@ def stretch_of(name: str, driven: str, to: float) -> tuple[Stretch, Nodes, parak
     solver = parakin.compile(name, [driven], coordinates="all", machine_code=False)
     law = polynomial345(solver.home[driven], to - solver.home[driven], 1.0)
     course = Course(from_laws("m", {driven: law}, 1.0, 100.0))
-    stretch = Stretch(solver.chart, course, solver._atlas.units)
+    stretch = Stretch(solver.chart, course, solver.atlas.units)
     begin = np.zeros(1)
     head = stretch.evaluated(begin, begin, np.empty((0, 1)))
     return stretch, head, solver

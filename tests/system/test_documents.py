@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import importlib
 import re
+import shlex
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -132,6 +134,55 @@ def test_figures_of_simulations_are_drawn_by_the_example() -> None:
     assert made == set(
         re.findall(r"figures/([\w.-]+)\)", (ROOT / "docs" / "simulation.md").read_text())
     )
+
+
+def test_the_rig_in_the_document_about_design_is_the_examples() -> None:
+    (text,) = blocks("docs/design.md", "toml")
+    assert text == (ROOT / "examples" / "rig.toml").read_text("utf-8")
+
+
+@pytest.mark.usefixtures("elsewhere")
+def test_commands_about_design_say_what_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copy(ROOT / "examples" / "rig.toml", "rig.toml")
+    text = (ROOT / "docs" / "design.md").read_text("utf-8")
+    shown = re.findall(
+        r"^```bash\nparakin ([^\n]*)\n```\n\n```text\n(.*?)^```$", text, re.DOTALL | re.M
+    )
+    assert len(shown) == 4
+    for command, expected in shown:
+        main(shlex.split(command))
+        said = capsys.readouterr().out.splitlines()
+        assert [line.rstrip() for line in said] == expected.splitlines()
+
+
+@pytest.mark.usefixtures("elsewhere")
+def test_the_other_commands_about_design_run() -> None:
+    shutil.copy(ROOT / "examples" / "rig.toml", "rig.toml")
+    others = [b for b in blocks("docs/design.md", "bash") if "--pairs" in b or "payload" in b]
+    assert [main(shlex.split(block)[1:]) for block in others] == [0, 0]
+    assert Path("range.png").read_bytes()[:4] == b"\x89PNG"
+    assert Path("range.csv").read_text().count("\n") == 1 + 12 + 15 * 72
+
+
+@pytest.mark.usefixtures("elsewhere")
+def test_the_python_about_design_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copy(ROOT / "examples" / "rig.toml", "rig.toml")
+    (code,) = blocks("docs/design.md", "python")
+    exec(compile(code, "design.md", "exec"), {})
+    ends, words, length, _ = capsys.readouterr().out.splitlines()
+    assert [float(end) for end in ends.strip("[]").split()] == pytest.approx(
+        [-0.18699, 0.12622], abs=1e-5
+    )
+    assert words == "P4 > 1.26 m"
+    assert float(length) == pytest.approx(1.26, abs=1e-12)
+
+
+@pytest.mark.usefixtures("elsewhere")
+def test_the_figure_of_a_range_is_drawn_by_the_example() -> None:
+    script = [sys.executable, str(ROOT / "examples" / "range.py"), "drawn"]
+    subprocess.run(script, check=True, capture_output=True)
+    (made,) = Path("drawn").iterdir()
+    assert f"figures/{made.name})" in (ROOT / "docs" / "design.md").read_text("utf-8")
 
 
 @pytest.mark.usefixtures("elsewhere")

@@ -14,6 +14,7 @@ _COMMANDS = (
     "list",
     "check",
     "modes",
+    "range",
     "solve",
     "plot",
     "film",
@@ -68,6 +69,7 @@ def parser() -> argparse.ArgumentParser:
     adding = (
         _add_check,
         _add_modes,
+        _add_range,
         _add_solve,
         _add_pictures,
         _add_simulate,
@@ -103,6 +105,35 @@ def _add_modes(commands: _Commands) -> None:
         help="a driven value other than home's: a quantity such as '20 mm'",
     )
     modes.add_argument("--starts", metavar="N", type=int, default=8192, help="random starts (8192)")
+
+
+def _add_range(commands: _Commands) -> None:
+    ranges = commands.add_parser(
+        "range", help="how far, how fast and how hard it moves from a pose, and what stops it"
+    )
+    _add_mechanism(ranges)
+    _add_driven(ranges, "coordinates to move", "the platform's by default, else the file's own")
+    for name, dest, what in (
+        ("from", "pose", "a position to count from other than home's: a quantity such as '20 mm'"),
+        ("with", "offsets", "what a coordinate is moved by first, e.g. platform.pitch='10 deg'"),
+    ):
+        ranges.add_argument(
+            f"--{name}", dest=dest, metavar="NAME=VALUE", action="append", default=[], help=what
+        )
+    ranges.add_argument("--pairs", action="store_true", help="coordinates in pairs too")
+    ranges.add_argument("--frequency", metavar="HZ", help="the largest sines too, e.g. at '0.5 Hz'")
+    ranges.add_argument(
+        "--forces", action="store_true", help="the drives' largest efforts are limits too"
+    )
+    ranges.add_argument(
+        "--least-conditioning",
+        metavar="PART",
+        type=_number,
+        help="how near to a singularity it may come, home being 1",
+    )
+    ranges.add_argument("-o", "--output", metavar="FILE", type=Path, help="table: .csv or .nc")
+    ranges.add_argument("--plot", metavar="FILE", type=Path, help="figure: .png, .svg or .pdf")
+    _add_payload(ranges)
 
 
 def _add_solve(commands: _Commands) -> None:
@@ -293,8 +324,10 @@ def _add_output(command: argparse.ArgumentParser, what: str, dest: str = "output
     )
 
 
-def _add_driven(command: argparse.ArgumentParser, what: str) -> None:
-    text = f"{what}, separated by commas; the file's own by default"
+def _add_driven(
+    command: argparse.ArgumentParser, what: str, default: str = "the file's own by default"
+) -> None:
+    text = f"{what}, separated by commas; {default}"
     command.add_argument("--driven", metavar="NAMES", help=text)
 
 

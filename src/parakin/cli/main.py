@@ -56,6 +56,7 @@ def _command(options: argparse.Namespace) -> int:
         "list": _list,
         "check": _check,
         "modes": _modes,
+        "range": _range,
         "solve": _solve,
         "plot": _solve,  # with other defaults
         "film": _solve,
@@ -171,6 +172,12 @@ def _modes(options: argparse.Namespace) -> int:
     found = modes(solver, values, options.starts)
     say(modes_report(solver.graph, solver.driven, found))
     return 0
+
+
+def _range(options: argparse.Namespace) -> int:
+    from parakin.cli.ranging import ranges
+
+    return ranges(options)
 
 
 def _draw(options: argparse.Namespace) -> int:

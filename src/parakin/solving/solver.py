@@ -81,8 +81,8 @@ class Solver:
         self.home: Mapping[str, float] = home_values(graph, plan)
         self.reported = replace(outputs, coordinates=outputs.coordinates[:reported])
         self.layout = self.chart.layout
-        self._atlas = Atlas(self.chart, self.reported)
-        self.stops = self._atlas.stops
+        self.atlas = Atlas(self.chart, self.reported)
+        self.stops = self.atlas.stops
         self._labels = Labels(
             graph, self.reported, self.coordinates, self.driven, self.home, self.stops
         )
@@ -92,7 +92,7 @@ class Solver:
         at_home = np.array([self.home.get(name, np.nan) for name in self.coordinates])
         turning = turning_rows(self.layout, outputs, reported, counted(plan))
         self._guesses = Guesses(self.layout, at_home, self.iterated, hidden, turning)
-        self._poses = Poses(Answers(self._atlas, self._guesses, self._labels), self._locks)
+        self._poses = Poses(Answers(self.atlas, self._guesses, self._labels), self._locks)
         self._designs, self.opened = None, self.chart
         self.free: tuple[str, ...] = ()
         if homes is not None:
@@ -192,7 +192,7 @@ class Solver:
         """All joints and bodies in numbers, given driven values `y`, (k,), and what `at` returned
         for them.
         """
-        chart = self._atlas.followed  # which knows whatever is solved for
+        chart = self.atlas.followed  # which knows whatever is solved for
         known = begun_at(self._locks, self.layout, tick)
         inputs = np.concatenate([y, np.zeros(chart.outputs.derivatives * len(y)), known])
         return chart.configuration(y, chart.run(inputs))
@@ -205,7 +205,7 @@ class Solver:
     @property
     def angle_rows(self) -> list[int]:
         """Rows of `coordinates` that are angles."""
-        return self._atlas.angle_rows
+        return self.atlas.angle_rows
 
     def poses(self, y: ArrayLike, tick: Tick) -> tuple[FloatArray, FloatArray]:
         """The pose of every body, given driven values `y`, (k,), and what `at` returned for them.
@@ -317,7 +317,7 @@ class Solver:
             asked = self.mechanics.asked(
                 reactions=reactions, energies=energies, preload=preload, indeterminate=indeterminate
             )
-        return Windows(self._atlas, self._labels, points_of(self.graph, bodies), asked, loads)
+        return Windows(self.atlas, self._labels, points_of(self.graph, bodies), asked, loads)
 
     def simulate(
         self,
@@ -358,7 +358,7 @@ class Solver:
         if left is not None:
             names = tuple(self._name(k) for k in left.driven)
             return self._elsewhere(names, left.q)._part(bodies)
-        return Part(self.chart, Windows(self._atlas, self._labels, points_of(self.graph, bodies)))
+        return Part(self.chart, Windows(self.atlas, self._labels, points_of(self.graph, bodies)))
 
     def schema(
         self,

@@ -152,7 +152,7 @@ def walk(
         return _walked(chart, begin, goal, units)
 
 
-class _Ways:
+class Ways:
     """Many straight ways from one state, each covered as its part goes from 0 to 1."""
 
     def __init__(self, chart: Chart, begin: State, goal: FloatArray, units: FloatArray) -> None:
@@ -220,7 +220,7 @@ def _walked(
     chart: Chart, begin: State, goal: FloatArray, units: FloatArray
 ) -> tuple[FloatArray, StatusArray, FloatArray]:
     n, layout = goal.shape[1], chart.layout
-    ways = _Ways(chart, begin, goal, units)
+    ways = Ways(chart, begin, goal, units)
     out, begun = ways.begun(begin)
     verdicts = classify(out, layout)
     part, size, going = np.zeros(n), np.ones(n), ways.all

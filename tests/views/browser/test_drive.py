@@ -190,3 +190,16 @@ def test_one_of_the_choices_is_the_files_own_and_all_can_be_compiled(name: str) 
         for k, coordinate in enumerate(driven):
             low, high = drive.span(coordinate)
             assert low <= drive.y[k] <= high
+
+
+def test_what_is_left_is_told_where_positions_are_limited() -> None:
+    seat = _drive("seat-3dof", "platform.z", "platform.pitch", "platform.roll")
+    before = seat.left()
+    assert before is not None
+    assert seat.to(seat.y + np.array([0.02, 0.0, 0.0])) is None
+    after = seat.left()
+    assert after is not None
+    heave = {"driven": "platform.z"}
+    moved = before["travel"].sel(heave) - after["travel"].sel(heave)
+    assert moved.values == pytest.approx([0.02, 0.02], abs=1e-9)
+    assert _drive("five-bar", "platform.x", "platform.y").left() is None

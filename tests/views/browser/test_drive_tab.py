@@ -163,3 +163,13 @@ def test_at_a_limit_it_stops_and_the_joint_lights_up(browser: Any) -> None:
         page.page.get_by_text(re.compile("stopped: A1 is at its limit")).wait_for()
         page.enter("A1 [deg]", "120")
         until(lambda: page.value("A1 [deg]") == "75")
+
+
+def test_the_range_left_is_told_and_follows(browser: Any) -> None:
+    with viewed(browser, "seat-3dof") as page:
+        _drive_from_home(page)
+        page.page.get_by_text("Range left from here").wait_for()
+        page.page.get_by_text("platform.z [mm] -83.2").wait_for()
+        home = page.session.drive_tab.drive.y[0]  # type: ignore[union-attr]
+        page.enter("platform.z [mm]", f"{1e3 * home + 20:.0f}")
+        page.page.get_by_text(re.compile(r"platform.z \[mm\] -10[23]\.")).wait_for()

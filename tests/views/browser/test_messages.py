@@ -7,9 +7,10 @@ import re
 
 import pytest
 
+import parakin
 from parakin.solving.status import Status
 from parakin.views.browser.drive import Stop
-from parakin.views.browser.messages import PoseState, escaped, pose_message
+from parakin.views.browser.messages import PoseState, escaped, pose_message, range_message
 
 
 @pytest.mark.parametrize(
@@ -58,3 +59,16 @@ def test_a_pose_beyond_its_limits_names_the_joints() -> None:
     assert "limits exceeded: A1\\, B · branch" in message
     told = PoseState("swing", 0.5, 0.0, beyond_limits={"A1": 3}, because="A1 at 2 m, limit 1 m")
     assert "**limit exceeded\\: A1 at 2 m\\, limit 1 m**" in pose_message(told)
+
+
+def test_the_range_left_names_what_stops() -> None:
+    seat = parakin.compile("seat-3dof")
+    lines = range_message(parakin.range(seat)).replace("\\", "").split("  \n")
+    assert lines[0] == "**Range left from here:**"
+    assert lines[1] == "platform.z [mm] -83.2 (A1 < -75°) .. +71.4 (A1 > 75°)"
+    assert range_message(None) == ""
+
+
+def test_what_nothing_stops_is_free() -> None:
+    text = range_message(parakin.range(parakin.compile("slider-crank"))).replace("\\", "")
+    assert text.endswith("A [deg] free .. free")

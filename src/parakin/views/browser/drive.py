@@ -10,13 +10,14 @@ import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from parakin.algebra.angles import nearest_angle
 from parakin.analysis.freedom import freedom_at, outputs_of
 from parakin.arrays import BoolArray, FloatArray
+from parakin.design.range import range as how_far
 from parakin.errors import InputError, ParakinError
 from parakin.mechanics.reactions import JointAt
 from parakin.model.mechanism import Mechanism
@@ -26,6 +27,9 @@ from parakin.solving.solver import Solver
 from parakin.solving.status import Status
 from parakin.solving.stops import beyond_limits, exceeded
 from parakin.solving.tick import Tick
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _SLIDE = 0.5  # of the characteristic length: range of a slide without limits, either way
 _TILT = math.radians(45)  # range of the platform's angles, either way
@@ -105,6 +109,16 @@ class Drive:
         given: dict[str, FloatArray | float] = {**none, **loads}
         tick = self.solver.at(self.y, guess=guess, forces=True, reactions=reactions, loads=given)
         return tick.forces
+
+    def left(self) -> xr.Dataset | None:
+        """How far each driven coordinate still goes alone; None where no position is limited, and
+        most of the answer would be that nothing stops it.
+        """
+        if all(limit.order for limit in self.solver.graph.limited):
+            return None
+        pose = dict(zip(self.solver.driven, self.y.tolist(), strict=True))
+        found = how_far(self.solver, pose)
+        return None if found.attrs["stopped"] else found
 
     @property
     def joints(self) -> tuple[JointAt, ...]:

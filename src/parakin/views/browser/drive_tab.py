@@ -19,9 +19,11 @@ from parakin.views.browser.messages import (
     branch_label,
     efforts_message,
     escaped,
+    range_message,
 )
 from parakin.views.units import Unit, unit_of
 
+_BELOW = 1e9  # the order of what stands below the sliders, which come and go
 _UNNUMBERED = "unnumbered"  # a branch that no search has found yet
 
 
@@ -75,6 +77,7 @@ class DriveTab:
             self._branch_list = gui.add_dropdown("Branch", [HOME])
             self._search_button = gui.add_button("Search for branches here")
             self._result = gui.add_markdown("", visible=False)
+            self._left = gui.add_markdown("", visible=False, order=_BELOW)
             self._efforts = gui.add_markdown("", visible=False)
             self._here_button = gui.add_button("Drive from here")
             self._home_button = gui.add_button("Home")
@@ -279,7 +282,8 @@ class DriveTab:
         """Stop driving."""
         if self.drive is not None:
             self.drive = None
-            self._show_efforts("")
+            for control in (self._left, self._efforts):
+                _tell(control, "")
             self._branch_name = self._branch_list.value = HOME
             self._drop_handle()
 
@@ -325,7 +329,8 @@ class DriveTab:
         forces = drive.forces(self._page.loads, reactions=self._page.reactions)
         with self._page.client.atomic():
             self._page.show_pose(drive.solver.poses(drive.y, drive.tick), state, forces)
-            self._show_efforts(efforts_message(forces))
+            _tell(self._left, range_message(drive.left()))
+            _tell(self._efforts, efforts_message(forces))
             self._place_handle()
         self._page.client.flush()  # at once: the user is waiting for it
 
@@ -333,11 +338,6 @@ class DriveTab:
         """Show the pose again, as payloads have changed."""
         if self.drive is not None:
             self._show_pose(None)
-
-    def _show_efforts(self, text: str) -> None:
-        if text or self._efforts.visible:
-            self._efforts.content = text
-            self._efforts.visible = bool(text)
 
     # The handle
 
@@ -377,6 +377,13 @@ class DriveTab:
             self._handle.remove()
             self._handle = None
         self._dragging = False
+
+
+def _tell(control: Any, text: str) -> None:
+    """Show a text, or nothing of an empty one."""
+    if text or control.visible:
+        control.content = text
+        control.visible = bool(text)
 
 
 def _nearest_step(slider: Any, value: float) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,10 @@ from parakin.solving.modes import Search
 from parakin.solving.status import Status
 from parakin.views.browser.drive import Stop
 from parakin.views.force_text import figure
+from parakin.views.units import unit_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 HOME = "home"  # the branch of home
 
@@ -71,6 +76,22 @@ def efforts_message(forces: Forces | None) -> str:
         )
     )
     return f"**Efforts that hold it here:** {' · '.join(each)}"
+
+
+def range_message(found: xr.Dataset | None) -> str:
+    """How far each driven coordinate still goes alone, and what stops it; "" if not known."""
+    if found is None:
+        return ""
+    lines = ["**Range left from here:**"]
+    for i, name in enumerate(found["driven"].values):
+        unit = unit_of(found["unit"].values[i] == "rad")
+        ends = []
+        for side in (0, 1):
+            travel = unit.per_si * float(found["travel"].values[i, side])
+            words = str(found["stopped_by"].values[i, side])
+            ends.append(f"{travel:+z.1f} ({words})" if words else "free")
+        lines.append(escaped(f"{name} [{unit.name}] {' .. '.join(ends)}"))
+    return "  \n".join(lines)
 
 
 def branch_label(number: int, search: Search) -> str:

@@ -1,0 +1,76 @@
+"""The command that tells how far, how fast and how hard a mechanism moves."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from parakin.cli.inputs import check_outputs, load_mechanism, values_of
+from parakin.cli.streams import say, tell
+from parakin.design.choice import driven_for
+from parakin.design.range import range as range_of
+from parakin.errors import InputError, nearest, printable
+from parakin.files import tables
+from parakin.model.expressions import Parameters
+from parakin.model.units import FREQUENCY
+from parakin.solving.compiler import compile as compile_mechanism
+from parakin.views import range_plot, range_text
+from parakin.views.plots import check_figure, save
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from parakin.solving.solver import Solver
+
+
+def ranges(options: argparse.Namespace) -> int:
+    """Find, write, draw and tell. Returns 1 where there is no pose to count from."""
+    paths = [path for path in (options.output, options.plot) if path is not None]
+    if options.output is not None:
+        tables.check_table(options.output)
+    if options.plot is not None:
+        check_figure(options.plot)
+    check_outputs(options, paths)
+    mechanism = load_mechanism(options)
+    chosen = [name.strip() for name in options.driven.split(",")] if options.driven else None
+    solver = compile_mechanism(mechanism, chosen or driven_for(mechanism))
+    frequency = None
+    if options.frequency is not None:
+        evaluate = Parameters(mechanism.parameters, mechanism.where).evaluate
+        frequency = evaluate(options.frequency, FREQUENCY, "--frequency")
+    found = range_of(
+        solver,
+        _of_driven(solver, options.pose, "--from"),
+        offsets=_of_driven(solver, options.offsets, "--with"),
+        pairs=options.pairs,
+        frequency=frequency,
+        forces=options.forces or bool(options.payload),
+        least_conditioning=options.least_conditioning,
+    )
+    _deliver(found, options)
+    return 1 if found.attrs["stopped"] else 0
+
+
+def _of_driven(solver: Solver, settings: Sequence[str], option: str) -> dict[str, float]:
+    """Positions by driven coordinate [SI]. Raises InputError."""
+    values = values_of(solver.graph, settings, option, 0)
+    for name in values:
+        if name not in solver.driven:
+            found = f"{name!r}, which is not driven"
+            raise InputError(option, found, nearest(name, solver.driven))
+    return values
+
+
+def _deliver(found: xr.Dataset, options: argparse.Namespace) -> None:
+    """Write, draw and tell."""
+    written = []
+    if options.output is not None:
+        written.append(options.output)
+        tables.write(range_text.frame(found), found, options.output)
+    if options.plot is not None and not found.attrs["stopped"]:
+        written.append(options.plot)
+        save(range_plot.ranges(found, title=found.attrs["mechanism"]), options.plot)
+    say(range_text.range_report(found))
+    if written:
+        tell(printable(f"wrote {', '.join(map(str, written))}"))

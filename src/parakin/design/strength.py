@@ -1,0 +1,135 @@
+"""How hard actuators work at poses and along rays, and how firmly they hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from parakin.arrays import FloatArray
+from parakin.design.bounds import effort_bounds, moved
+from parakin.design.march import Node
+from parakin.design.rays import Measure, Ray
+from parakin.kinematics.configuration import coordinate_scales
+from parakin.motion.motion import Samples
+from parakin.solving.charts import Chart
+from parakin.solving.solver import Solver
+
+
+class Efforts:
+    """The actuators' efforts of a solver under given loads, and their bounds. Raises InputError
+    where there are none.
+
+    loads: as of `Solver.solve`; wrenches that change with time and are not given are zero.
+    """
+
+    def __init__(self, solver: Solver, loads: Mapping[str, ArrayLike] | None = None) -> None:
+        self.mechanics = solver.mechanics
+        self.asked = self.mechanics.asked(
+            reactions=False, energies=False, preload=None, indeterminate="nan"
+        )
+        self.bounds = effort_bounds(solver.graph, self.mechanics.actuated)
+        wrenches = solver.graph.dynamics.wrenches
+        resting = {w.name: np.zeros(w.inputs) for w in wrenches if w.inputs}
+        self._loads = self.mechanics.loads(None, 1, resting | dict(loads or {}))
+
+    @property
+    def limited(self) -> bool:
+        """Whether any actuator is."""
+        return bool(np.isfinite(self.bounds.high).any())
+
+    def words(self, number: int) -> str:
+        """Of the lower bounds of all actuators, then of the upper ones: "P6.effort > 4000 N"."""
+        upper, number = divmod(number, len(self.bounds.high))
+        return self.bounds.words(number, upper=bool(upper))
+
+    def of(
+        self, chart: Chart, out: FloatArray, y: FloatArray, yd: FloatArray, ydd: FloatArray
+    ) -> FloatArray:
+        """Efforts (m, n) [N or N m], given driven values (k, n) and outputs (rows, n)."""
+        n, reference = y.shape[1], self.mechanics.reference
+        rows = self.mechanics.rows(self.asked, reference)
+        angles = out[[chart.places[k] for k in rows.wound]]
+        samples = Samples(np.zeros(n), y, yd, ydd)
+        found, loads = out[chart.layout.iterated[0]], self._loads.repeat(n, axis=1)
+        raw = chart.forces(self.asked, reference, samples, found, loads, angles, False)
+        return self.mechanics.forces(self.asked, rows, raw).effort
+
+    def beyond(self, ray: Ray) -> Measure:
+        """How far efforts at rest are beyond their bounds along a ray, as parts of these (2m, n):
+        the lower ones, then the upper.
+        """
+
+        def measure(chart: Chart, part: FloatArray, out: FloatArray) -> FloatArray:
+            y = ray.driven(part)
+            share = self.of(chart, out, y, 0.0 * y, 0.0 * y) / self.bounds.high[:, None]
+            return np.concatenate([-share, share]) - 1.0
+
+        return measure
+
+    def by_acceleration(self, node: Node, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Efforts at rest (m,), and by the acceleration of each driven coordinate (m, k)."""
+        k = len(y)
+        still, ydd = np.zeros((k, k + 1)), np.zeros((k, k + 1))
+        ydd[:, 1:] = np.eye(k)
+        out = node.out[:, None].repeat(k + 1, axis=1)
+        found = self.of(node.chart, out, y[:, None].repeat(k + 1, axis=1), still, ydd)
+        return found[:, 0], found[:, 1:] - found[:, :1]
+
+
+def rates_at(
+    chart: Chart, out: FloatArray, y: FloatArray, coordinates: tuple[int, ...]
+) -> FloatArray:
+    """The rates of coordinates by those of the driven ones, (m, k, n), at poses y (k, n) with
+    outputs (rows, n).
+    """
+    k, n = y.shape
+    each = np.eye(k).repeat(n, axis=1)  # pose by pose for each driven coordinate
+    guess = np.tile(out[chart.layout.iterated[0]], (1, k))
+    found = chart.run(np.concatenate([np.tile(y, (1, k)), each, np.zeros((k, k * n)), guess]))
+    rates = np.empty((len(coordinates), k, n))
+    for row, c in enumerate(coordinates):
+        for i in range(k):
+            mine = found[:, i * n : (i + 1) * n]
+            rates[row, i] = moved(chart, c, mine, np.eye(k)[i], 1)
+    return rates
+
+
+class Firmness:
+    """How firmly a solver's mechanism is held: 1 at home, 0 at a singularity. The less of its
+    conditioning, all that is driven being held, and of the least singular value of the actuators'
+    rates by the driven ones, if these are others.
+    """
+
+    def __init__(self, solver: Solver) -> None:
+        plan, self.chart = solver.plan, solver.atlas.followed
+        known = tuple(k for k, c in enumerate(solver.graph.coordinates) if c.actuated)
+        self.actuated = known if len(known) >= len(plan.driven) else ()
+        scales = coordinate_scales(plan.graph.plain)
+        self._by = scales[list(plan.driven)][:, None]
+        self._of = scales[list(self.actuated)][:, None]
+        y = np.array([[solver.home[name]] for name in solver.driven])
+        found = np.array([[plan.home[k] - plan.offset(k)] for k in plan.iterated])
+        inputs = np.concatenate([y, np.zeros((2 * len(y), 1)), found.reshape(-1, 1)])
+        self._home = 1.0
+        self._home = float(self._held(self.chart, self.chart.run(inputs), y)[0])
+
+    def _held(self, chart: Chart, out: FloatArray, y: FloatArray) -> FloatArray:
+        if not self.actuated:
+            return np.full(y.shape[1], np.inf)
+        rates = rates_at(chart, out, y, self.actuated) / self._of[:, :, None] * self._by[None]
+        rates[:, :, ~np.isfinite(rates).all(axis=(0, 1))] = 0.0
+        sizes = np.linalg.svd(np.moveaxis(rates, 2, 0), compute_uv=False)
+        return np.asarray(sizes[:, -1] / self._home, dtype=float)
+
+    def below(self, ray: Ray, least: float) -> Measure:
+        """How far it is below `least` along a ray, (1, n)."""
+
+        def measure(chart: Chart, part: FloatArray, out: FloatArray) -> FloatArray:
+            loops = chart.relative_regularity * out[chart.outputs.conditioning]
+            held = self._held(chart, out, ray.driven(part))
+            below: FloatArray = least - np.minimum(loops, held)[None]
+            return below
+
+        return measure
