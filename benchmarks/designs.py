@@ -3,7 +3,7 @@
     python -m benchmarks.designs
 
 A hexapod whose joints' places are parameters, ten of them or all 24 left open, and the flight
-simulator with its ten lengths. One thread, batches of 8,192; nothing else should run. `open/fixed`
+simulator with its ten lengths. One thread, batches of 1,000; nothing else should run. `open/fixed`
 is the median of ratios of runs by turns.
 """
 
@@ -23,7 +23,7 @@ from parakin.analysis.sensitivities import Asked
 from parakin.arrays import FloatArray
 from parakin.model.evaluation import graph_of
 
-BATCH, TURNS = 8192, 7
+BATCH, TURNS = 1_000, 15
 LEGS = [f"P{i}" for i in range(1, 7)]
 PLACES = [f"{axis}{i}" for i in range(1, 7) for axis in ("x", "y", "u", "v")]
 LENGTHS = ["d1", "d2", "d3", "d4", "d5", "l1", "l2", "l3", "b", "h"]

@@ -178,6 +178,18 @@ def test_the_python_about_design_runs(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 @pytest.mark.usefixtures("elsewhere")
+def test_the_python_about_other_designs_says_what_is_shown(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    shutil.copy(ROOT / "examples" / "rig.toml", "rig.toml")
+    names: dict[str, object] = {}
+    for code in blocks("docs/designs.md", "python"):
+        exec(compile(code, "designs.md", "exec"), names)
+    said = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
+    assert said == "".join(blocks("docs/designs.md", "text")).splitlines()
+
+
+@pytest.mark.usefixtures("elsewhere")
 def test_the_figure_of_a_range_is_drawn_by_the_example() -> None:
     script = [sys.executable, str(ROOT / "examples" / "range.py"), "drawn"]
     subprocess.run(script, check=True, capture_output=True)
