@@ -18,7 +18,8 @@ The packages follow the flow of the data; each imports only those listed before 
 - `planning`: joints to cut, rows and their order for given driven coordinates
 - `kernel`: one pose, its rates (eq. 10) and forces, in machine code or on NumPy
 - `solving`: compiling solvers, following motions, simulating, labelled results, assembly modes
-- `analysis`: mobility, singularities, stiffness, small motions, sensitivities (beside it, real time when it comes)
+- `analysis`: mobility, singularities, stiffness, small motions, sensitivities (beside it, real time
+  when it comes)
 - `exports`: models and code for other programs
 - `design`: how far, how fast and how hard a mechanism moves, and what stops it
 - `views`: figures, films, reports, schemes, pages in the browser
