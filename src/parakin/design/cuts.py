@@ -50,9 +50,11 @@ def first_above(atlas: Atlas, ray: Ray, until: float, measure: Measure) -> Cut:
         order = np.argsort(np.append(parts, peaks), kind="stable")
         parts = np.append(parts, peaks)[order]
         values = np.concatenate([values, figures(peaks)], axis=1)[:, order]
-    cut = Cut(np.inf, -1)
-    for number in np.flatnonzero((values > 0.0).any(axis=1)).tolist():
-        k = int(np.argmax(values[number] > 0.0))
+    cut, above = Cut(np.inf, -1), values > 0.0
+    if not above.any():
+        return cut
+    k = int(np.argmax(above.any(axis=0)))  # no other figure is above before
+    for number in np.flatnonzero(above[:, k]).tolist():
         if k == 0:
             return Cut(0.0, number)
         at = brentq(
