@@ -6,57 +6,92 @@ import numpy as np
 import pytest
 
 import parakin
-from parakin import InputError, Status
+from parakin import InputError, Solver, Status
 
 STEP = 1e-5
 FOUR = ((-2, 1.0), (-1, -8.0), (1, 8.0), (2, -1.0))  # a central difference of order four
+
+
+LEGS = [f"P{i}" for i in range(1, 7)]
+
+
+@pytest.mark.parametrize(
+    ("name", "driven", "free"),
+    [
+        ("gough-stewart", None, ("r_base", "a_platform", "height")),
+        ("gough-stewart", LEGS, ("r_base",)),
+        ("flight-simulator", ["A2", "B3", "C3"], ("d1", "l2")),
+        ("slider-crank", None, ("a", "b", "offset")),
+    ],
+)
+def test_positions_against_differences_of_solvers_made_anew(
+    name: str, driven: list[str] | None, free: tuple[str, ...]
+) -> None:
+    solver, design, motion = somewhere(name, driven, free)
+    found = parakin.sensitivities(solver, *motion, parameters=design)
+    assert found.status == 0
+    for row, parameter in enumerate(free):
+        slope = np.zeros(len(solver.coordinates))
+        for k, weight in FOUR:
+            changed = design | {parameter: design[parameter] + k * STEP}
+            anew = parakin.compile(
+                name, driven, coordinates="all", machine_code=False, parameters=changed
+            )
+            slope += weight * anew.at(*motion).position / (12 * STEP)
+        np.testing.assert_allclose(found.by_parameter[:, row], slope, rtol=1e-8, atol=1e-8)
 
 
 @pytest.mark.parametrize(
     ("name", "driven", "free"),
     [
         ("gough-stewart", None, ("r_base", "a_platform", "stroke_0", "height")),
-        ("gough-stewart", [f"P{i}" for i in range(1, 7)], ("r_base", "a_platform", "height")),
+        ("gough-stewart", LEGS, ("r_base", "height")),
         ("flight-simulator", None, ("d1", "l2", "h", "b")),
         ("flight-simulator", ["A2", "B3", "C3"], ("d1", "l2")),
-        ("delta", None, ("r_base", "lower")),
+        ("slider-crank", None, ("a", "b", "offset")),
+        ("rssr", None, ()),
     ],
 )
 @pytest.mark.parametrize("quantity", ["position", "velocity", "acceleration"])
 def test_against_differences(
     name: str, driven: list[str] | None, free: tuple[str, ...], quantity: str
 ) -> None:
-    known = parakin.load(name).parameters
-    free = tuple(f for f in free if f in known) or tuple(known)[:2]
-    solver = parakin.compile(name, driven, free=free, coordinates="all", machine_code=False)
-    own = solver.designs.designs.own
-    design = dict(zip(free, (own * 1.01).tolist(), strict=True))
-    rng = np.random.default_rng(3)
-    y = np.array([solver.home[k] for k in solver.driven]) + 0.01 * rng.uniform(
-        -1, 1, len(solver.driven)
-    )
-    rates = 0.3 * rng.normal(size=(2, len(y)))
-    found = parakin.sensitivities(solver, y, *rates, parameters=design, quantity=quantity)
+    solver, design, motion = somewhere(name, driven, free)
+    found = parakin.sensitivities(solver, *motion, parameters=design, quantity=quantity)
     assert found.status == 0
+    y, yd, ydd = motion
+    size = np.abs(getattr(solver.at(*motion, parameters=design), quantity))
+    steps, weights = np.array(FOUR).T
+    still = [np.repeat(a[:, None], 4, axis=1) for a in (yd, ydd)]
+    for row, parameter in enumerate(solver.free):
+        many = design | {parameter: design[parameter] + steps * STEP}
+        ticks = solver.at(np.repeat(y[:, None], 4, axis=1), *still, parameters=many)
+        slope = getattr(ticks, quantity) @ weights / (12 * STEP)
+        assert_near(found.by_parameter[:, row], slope, size)
+    for row, unit in enumerate(np.eye(len(y))):
+        moved = y[:, None] + unit[:, None] * steps * STEP
+        ticks = solver.at(moved, *still, parameters=design)
+        slope = getattr(ticks, quantity) @ weights / (12 * STEP)
+        assert_near(found.by_driven[:, row], slope, size)
 
-    def there(changed: dict[str, float], moved: np.ndarray) -> np.ndarray:
-        anew = parakin.compile(
-            name, driven, coordinates="all", machine_code=False, parameters=changed
-        )
-        return np.asarray(getattr(anew.at(moved, *rates), quantity))
 
-    for row, parameter in enumerate(free):
-        steps = [
-            weight * there(design | {parameter: design[parameter] + k * STEP}, y)
-            for k, weight in FOUR
-        ]
-        slope = sum(steps) / (12 * STEP)
-        np.testing.assert_allclose(found.by_parameter[:, row], slope, rtol=2e-7, atol=2e-7)
-    for row in range(len(y)):
-        unit = np.eye(len(y))[row]
-        steps = [weight * there(design, y + k * STEP * unit) for k, weight in FOUR]
-        slope = sum(steps) / (12 * STEP)
-        np.testing.assert_allclose(found.by_driven[:, row], slope, rtol=2e-7, atol=2e-7)
+def assert_near(found: np.ndarray, slope: np.ndarray, size: np.ndarray) -> None:
+    """Alike but for what differences lose of numbers of this size."""
+    assert (np.abs(found - slope) <= 2e-7 * (1.0 + np.abs(slope) + size)).all()
+
+
+def somewhere(
+    name: str, driven: list[str] | None, free: tuple[str, ...]
+) -> tuple[Solver, dict[str, float], tuple[np.ndarray, ...]]:
+    """A solver, a design beside the file's own, and a pose with rates."""
+    free = free or tuple(parakin.load(name).parameters)[:4]
+    solver = parakin.compile(name, driven, free=free, coordinates="all", machine_code=False)
+    design = dict(zip(free, (solver.designs.designs.own * 1.01).tolist(), strict=True))
+    rng = np.random.default_rng(3)
+    k = len(solver.driven)
+    y = np.array([solver.home[c] for c in solver.driven]) + 0.01 * rng.uniform(-1, 1, k)
+    yd, ydd = 0.3 * rng.normal(size=(2, k))
+    return solver, design, (y, yd, ydd)
 
 
 def test_a_batch_gives_what_single_poses_give(reading: bool) -> None:

@@ -25,6 +25,7 @@ from parakin.model.designs import Designs
 from parakin.model.graph import Graph
 from parakin.planning.ordering import plan_of
 from parakin.planning.plan import Plan
+from parakin.solving.charts import LANES
 from parakin.solving.continuity import POSITION
 from parakin.solving.status import RESIDUAL, SINGULAR, Status
 
@@ -145,9 +146,8 @@ class Homes:
 
     def _run(self, parameters: FloatArray, way: FloatArray, guess: FloatArray) -> FloatArray:
         """A kernel's outputs, repeated from where it got to as long as that may help."""
-        inputs = np.ascontiguousarray(np.concatenate([parameters, way, guess]))
-        out = np.empty((self._count, inputs.shape[1]))
-        self._kernel(inputs, out, False)
+        inputs = np.concatenate([parameters, way, guess])
+        out = self._once(inputs)
         if not len(guess):
             return out
         known = len(inputs) - len(guess)
@@ -157,12 +157,19 @@ class Homes:
             open_ &= np.isfinite(out[self._iterated]).all(axis=0)
             if not open_.any():
                 break
-            again = np.ascontiguousarray(inputs[:, open_])
+            again = inputs[:, open_]
             again[known:] = out[self._iterated][:, open_]
-            found = np.empty((self._count, again.shape[1]))
-            self._kernel(again, found, False)
-            out[:, open_] = found
+            out[:, open_] = self._once(again)
         return out
+
+    def _once(self, inputs: FloatArray) -> FloatArray:
+        """Outputs (rows, n), in whole vectors: a column is rounded as it is in any batch."""
+        n = inputs.shape[1]
+        whole = np.empty((len(inputs), n + -n % LANES))
+        whole[:, :n], whole[:, n:] = inputs, inputs[:, -1:]
+        out = np.empty((self._count, whole.shape[1]))
+        self._kernel(whole, out, False)
+        return out[:, :n]
 
     def _verdict(self, out: FloatArray) -> StatusArray:
         residual, conditioning = out[self._residual], out[self._residual + 1]

@@ -9,10 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from parakin.algebra.angles import nearest_angle
 from parakin.algebra.spatial import ARRAYS
 from parakin.arrays import FloatArray, StatusArray
 from parakin.caching import cached_property
 from parakin.errors import InputError, nearest
+from parakin.kernel.outputs import Outputs
+from parakin.kinematics.configuration import coordinate_scales
 from parakin.model.designs import Designs
 from parakin.model.expressions import Parameters, Value
 from parakin.planning.plan import Plan
@@ -22,10 +25,12 @@ from parakin.solving.charts import Chart
 from parakin.solving.homes import Ends, Homes
 from parakin.solving.inputs import Guesses, Start
 from parakin.solving.results import Labels
-from parakin.solving.status import Status
+from parakin.solving.status import Status, classify
 from parakin.solving.stops import LimitRows
 from parakin.solving.tick import Tick
 from parakin.solving.walking import State, iterate, walk
+
+_SAME = 1e-6  # radians and characteristic lengths between a home as walked to and as solved for
 
 
 class Given(NamedTuple):
@@ -202,7 +207,37 @@ class OtherDesigns:
         status = stood.status.copy()
         status[~sound & (status == Status.CONVERGED)] = Status.OUT_OF_REACH
         home = dict(zip(self.homes.rows.coordinates, stood.coordinates, strict=True))
-        return Given(values, home, status, low, high)
+        given = Given(values, home, status, low, high)
+        if {*self.homes.plan.driven} != {*self.chart.plan.driven}:
+            self._check_branch(given)
+        return given
+
+    def _check_branch(self, given: Given) -> None:
+        """Flag designs at whose home what is driven here determines another assembly, or none: on
+        the way there, which something else drives, a singularity of this plan was passed.
+        """
+        chart, plan = self._at_home, self.chart.plan
+        told = given.rows(plan, chart.outputs.coordinates)
+        inputs = [self._counted(plan.driven, given), told, self._counted(plan.iterated, given)]
+        with np.errstate(all="ignore"):
+            out = chart.run(np.ascontiguousarray(np.concatenate(inputs)))
+            found = classify(out, chart.layout)
+            known = [k for k in chart.outputs.coordinates if isinstance(k, int)]
+            units = coordinate_scales(plan.graph)[known][:, None]
+            off = (out[: len(known)] - self._counted(known, given)) / units
+            angles = np.array([plan.graph.coordinates[k].angle for k in known])[:, None]
+            off = np.where(angles, nearest_angle(off), off)
+        same = (np.abs(off) < _SAME).all(axis=0)
+        found[(found == Status.CONVERGED) & ~same] = Status.BRANCH_CHANGE
+        given.status[:] = np.where(given.status, given.status, found)
+
+    @cached_property
+    def _at_home(self) -> Chart:
+        """A chart that tells whatever is solved for, at any design's home."""
+        count = len(self.chart.plan.graph.plain.coordinates)
+        solved: tuple[int | str, ...] = tuple(k for k in self.chart.plan.unknowns if k < count)
+        outputs = Outputs(solved, derivatives=0)
+        return Chart(self.chart.plan, outputs, len(solved), self.chart.machine_code)
 
     @cached_property
     def _bounds(self) -> Ends:

@@ -101,8 +101,11 @@ def _made(graph: Graph, recipe: Recipe, sent: bytes) -> Solver:
     code = has_machine_code() if recipe.machine_code is None else recipe.machine_code
     homes = None
     if designs:
-        told = {*plan.driven, *plan.iterated, *plan.standing(outputs.coordinates)}
+        told = {*plan.driven, *plan.unknowns, *plan.standing(outputs.coordinates)}
         known = sorted(k for k in told if k < len(graph.coordinates))
+        if any(k not in known for k in plan.iterated):
+            found = "a home where the three angles of some joint are all but undefined"
+            raise InputError(f"{mechanism.where}: free", found, "another home, or a fixed design")
         homes = Homes.of(designs, graph, own, others, known, machine_code=code)
     solver = Solver(
         plan,
