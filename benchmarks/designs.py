@@ -86,6 +86,21 @@ def sensitivities(label: str, solver: Solver) -> tuple[str, ...]:
     return label, str(len(solver.free)), "", f"{spent:.1f}", ""
 
 
+def by_at(solver: Solver) -> list[tuple[str, ...]]:
+    """Through `Solver.at`: a batch of the file's own design, of another, and of a new one each."""
+    y = poses(solver)[: len(solver.driven)]
+    rng, name = np.random.default_rng(2), solver.free[0]
+    own = float(solver.designs.designs.own[0])
+    fixed = best(partial(solver.at, y)) / BATCH * 1e9
+    rows = []
+    for label, values in (("one other design", lambda: 1.01 * own), ("a new design each", None)):
+        new = values or (lambda: own * (1.0 + 0.01 * rng.uniform(size=BATCH)))
+        spent = best(lambda new=new: solver.at(y, parameters={name: new()})) / BATCH * 1e9
+        ratio = f"{spent / fixed:.1f}"
+        rows.append((f"`at`, {label}", "1", f"{fixed:.0f}", f"{spent:.0f}", ratio))
+    return rows
+
+
 def main(arguments: Sequence[str] = ()) -> None:
     del arguments
     table = Table("ns a pose", "open", "fixed", "open", "open/fixed", title=machine())
@@ -101,6 +116,8 @@ def main(arguments: Sequence[str] = ()) -> None:
     flight = partial(parakin.compile, "flight-simulator", free=LENGTHS)
     table.add_row(*row("flight simulator", flight()))
     table.add_row(*row("flight simulator by its sliders", flight(["A2", "B3", "C3"])))
+    for told in by_at(parakin.compile("gough-stewart", free=["r_base"])):
+        table.add_row(*told)
     lengths = compiled(free=ten, coordinates=LEGS, derivatives=0, checks=False)
     table.add_row(*sensitivities("six lengths, by driven and open", lengths))
     pose = parakin.compile(mechanism, LEGS, free=ten, coordinates=mechanism.driven, derivatives=0)

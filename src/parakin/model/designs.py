@@ -103,8 +103,8 @@ class Designs:
             name: Varied(self.values[self.names.index(name)], cast(Scalar, value), record)
             for name, value in given.items()
         }
-        known = Parameters(self.mechanism.parameters, self.mechanism.where, None, free).all()
-        return [scalar_of(known[name]) for name in self.names]
+        known = Parameters(self.mechanism.parameters, self.mechanism.where, None, free)
+        return [scalar_of(known.value(name)) for name in self.names]
 
 
 def alike(graph: Graph, other: Graph) -> Graph:

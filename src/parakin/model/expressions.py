@@ -213,6 +213,10 @@ class Parameters:
         """All parameters in SI, in the order given. Raises InputError."""
         return {name: self._look_up(name).value for name in self._expressions}
 
+    def value(self, name: str) -> float:
+        """A parameter in SI. Raises InputError."""
+        return self._look_up(name).value
+
     def dimension(self, name: str) -> Dimension:
         """The dimension of a parameter; BARE for a number without a unit. Raises InputError."""
         return self._look_up(name).dimension

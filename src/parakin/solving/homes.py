@@ -30,6 +30,7 @@ from parakin.solving.continuity import POSITION
 from parakin.solving.status import RESIDUAL, SINGULAR, Status
 
 _STEPS = 3  # of Newton's method in a run of a kernel
+_AT_ONCE = 2048  # designs, whose numbers stay in the cache
 _RUNS = 12  # of a kernel, before giving up
 _CLOSED = 0.01 * RESIDUAL  # what is aimed at by the first runs
 _HALVINGS = 30
@@ -41,12 +42,9 @@ _INDEPENDENT = (0.1, 1e-6)  # of a coordinate's motion: what others leave free o
 
 
 class Stood(NamedTuple):
-    """Homes of n designs: coordinates (q, n), as their joints count, and what these change at along
-    the way from the file's own design; a status each.
-    """
+    """Homes of n designs: coordinates (q, n), as their joints count, and a status each."""
 
     coordinates: FloatArray
-    rates: FloatArray
     status: StatusArray
 
 
@@ -92,9 +90,16 @@ class Homes:
     def at(self, parameters: FloatArray) -> Stood:
         """Homes of designs (m, n)."""
         assert self.plan.designs is not None
-        own = self.plan.designs.own[:, None]
+        own, n = self.plan.designs.own[:, None], parameters.shape[1]
         with np.errstate(all="ignore"):  # what overflows on the way is flagged
-            return self._walked(own, parameters - own)
+            found = [
+                self._walked(own, parameters[:, start : start + _AT_ONCE] - own)
+                for start in range(0, n, _AT_ONCE)
+            ]
+        return Stood(
+            np.concatenate([stood.coordinates for stood in found], axis=1),
+            np.concatenate([stood.status for stood in found]),
+        )
 
     def changes(
         self, parameters: FloatArray, home: Mapping[int, FloatArray], coordinates: Sequence[int]
@@ -124,7 +129,7 @@ class Homes:
         for _ in range(_ATTEMPTS):
             if not len(going):
                 break
-            before = out[:, going]
+            before = out if len(going) == n else out[:, going]
             target = np.minimum(part[going] + size[going], 1.0)
             h = target - part[going]
             guess = before[self._iterated] + h * before[self._moving][self._iterated]
@@ -139,10 +144,13 @@ class Homes:
             verdict[stuck & unclear] = Status.NOT_REACHED
             status[going[stuck]] = verdict[stuck]
             part[going] = np.where(good, target, part[going])
-            out[:, going] = np.where(good, found, before)
+            if len(going) == n and good.all():
+                out = found
+            else:
+                out[:, going[good]] = found[:, good]
             going = going[~(stuck | (good & (target == 1.0)))]
         status[going] = Status.NOT_REACHED
-        return Stood(out[self._positions], out[self._moving], status)
+        return Stood(out[self._positions], status)
 
     def _run(self, parameters: FloatArray, way: FloatArray, guess: FloatArray) -> FloatArray:
         """A kernel's outputs, repeated from where it got to as long as that may help."""
