@@ -88,17 +88,20 @@ def sensitivities(label: str, solver: Solver) -> tuple[str, ...]:
 
 def by_at(solver: Solver) -> list[tuple[str, ...]]:
     """Through `Solver.at`: a batch of the file's own design, of another, and of a new one each."""
-    y = poses(solver)[: len(solver.driven)]
-    rng, name = np.random.default_rng(2), solver.free[0]
-    own = float(solver.designs.designs.own[0])
+    y, name = poses(solver)[: len(solver.driven)], solver.free[0]
+    own, rng = float(solver.designs.designs.own[0]), np.random.default_rng(2)
+
+    def new() -> None:
+        solver.at(y, parameters={name: own * (1.0 + 0.01 * rng.uniform(size=BATCH))})
+
     fixed = best(partial(solver.at, y)) / BATCH * 1e9
-    rows = []
-    for label, values in (("one other design", lambda: 1.01 * own), ("a new design each", None)):
-        new = values or (lambda: own * (1.0 + 0.01 * rng.uniform(size=BATCH)))
-        spent = best(lambda new=new: solver.at(y, parameters={name: new()})) / BATCH * 1e9
-        ratio = f"{spent / fixed:.1f}"
-        rows.append((f"`at`, {label}", "1", f"{fixed:.0f}", f"{spent:.0f}", ratio))
-    return rows
+    other = best(partial(solver.at, y, parameters={name: 1.01 * own})) / BATCH * 1e9
+    each = best(new) / BATCH * 1e9
+    named = {"one other design": other, "a new design each": each}
+    return [
+        (f"`at`, {label}", "1", f"{fixed:.0f}", f"{spent:.0f}", f"{spent / fixed:.1f}")
+        for label, spent in named.items()
+    ]
 
 
 def main(arguments: Sequence[str] = ()) -> None:
