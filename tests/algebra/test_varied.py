@@ -97,6 +97,8 @@ def test_no_single_number_can_be_made_of_it_by_mistake() -> None:
     with pytest.raises(TypeError):
         math.sin(a)
     with pytest.raises(TypeError):
+        np.ones(4) * a
+    with pytest.raises(TypeError):
         np.sin(a)  # type: ignore[call-overload]
     assert as_number(a) is a
     assert as_number(3) == 3.0

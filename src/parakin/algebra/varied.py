@@ -99,6 +99,8 @@ class Varied:
         return self._decided(other, below=False, strict=False)
 
     def _with(self, other: Any, values: Callable[..., Any], scalars: Callable[..., Any]) -> Any:
+        if not isinstance(other, (Varied, float, int)):
+            return NotImplemented
         with np.errstate(all="ignore"):  # what has no value in some design is NaN there
             found = values(self.values, values_of(other))
         return varied(found, scalars(self.scalar, scalar_of(other)), self.record)
