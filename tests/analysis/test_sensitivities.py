@@ -136,3 +136,20 @@ def test_names_are_checked() -> None:
         found.of("D", "b")
     with pytest.raises(InputError, match="quantity: found 'jerk'"):
         parakin.sensitivities(solver, [0.7], quantity="jerk")
+
+
+def test_a_dimension_that_the_loops_tie_has_none_alone() -> None:
+    tied = parakin.compile("bennett", free=["b"], machine_code=False)
+    found = parakin.sensitivities(tied, [tied.home["A"]])
+    assert np.isnan(found.by_parameter).all()
+    assert np.isfinite(found.by_driven).all()
+    whole = parakin.compile("bennett", free=["a"], machine_code=False)  # b follows
+    turned = parakin.sensitivities(whole, [whole.home["A"]])
+    np.testing.assert_allclose(turned.by_parameter, 0.0, atol=1e-12)  # scaled, it moves as before
+
+
+def test_an_empty_batch_has_an_empty_table() -> None:
+    for free in ([], ["r_base"]):
+        solver = parakin.compile("gough-stewart", free=free, machine_code=False)
+        found = parakin.sensitivities(solver, np.zeros((6, 0)))
+        assert found.by_driven.shape == (len(solver.coordinates), 6, 0)

@@ -393,3 +393,67 @@ def test_narrow_cones_end_translations_where_a_leg_has_tilted_as_far(row: int) -
         where = min(where, way_left(home(), way))
         assert sign * found["travel"].values[row, side] == pytest.approx(where, abs=1e-11)
     assert ".cone > 8°" in str(found["stopped_by"].values[0, 1])
+
+
+def gantry(**limits: tuple[float, float]) -> Solver:
+    """Two slides at right angles, the second on the first; the platform is what it carries."""
+    table = {
+        "name": "gantry",
+        "bodies": [{"name": "base"}, {"name": "bridge"}, {"name": "tool"}],
+        "joints": [
+            {
+                "name": "X",
+                "kind": "prismatic",
+                "parent": "base",
+                "child": "bridge",
+                "on_parent": {"axis": [1, 0, 0]},
+                "on_child": {"axis": [1, 0, 0]},
+            },
+            {
+                "name": "Z",
+                "kind": "prismatic",
+                "parent": "bridge",
+                "child": "tool",
+                "on_parent": {"at": [0.05, 0, 0]},
+            },
+        ],
+        "driven": ["X", "Z"],
+        "limits": {name.replace("_", "."): list(ends) for name, ends in limits.items()},
+    }
+    return parakin.compile(parakin.Mechanism(**table), machine_code=False)
+
+
+@pytest.mark.parametrize("long", [2.0, 20.0])
+def test_rays_of_a_pair_go_as_far_as_either_is_looked_at(long: float) -> None:
+    found = parakin.range(gantry(X=(-long, long), Z=(-0.3, 0.3)), pairs=True, rays=16)
+    x, z = found.boundary.sel(pair=found.pair[0]).values.T
+    assert np.isfinite(x).all()
+    assert np.isfinite(z).all()
+    off = np.maximum(np.abs(x) / long, np.abs(z) / 0.3)
+    np.testing.assert_allclose(off, 1.0, atol=1e-9)
+
+
+def test_a_speed_limit_of_zero_one_way_leaves_the_others_as_they_are() -> None:
+    limits = {"X": (-1.0, 1.0), "Z": (-1.0, 1.0), "Z_velocity": (-0.3, np.inf)}
+    table = gantry(**limits, X_velocity=(0.0, 0.5))
+    found = parakin.range(table, frequency=1.0)
+    np.testing.assert_allclose(found.amplitude, [0.0, 0.3 / (2.0 * np.pi)], atol=1e-12)
+    assert found.amplitude_limited_by.values.tolist() == ["X.velocity < 0 m/s", "Z.velocity < -0.3 m/s"]
+
+
+@pytest.mark.parametrize("derivatives", [2, 3])
+def test_a_solver_of_jerks_has_the_same_range(derivatives: int) -> None:
+    solver = parakin.compile("delta", derivatives=derivatives, machine_code=False)
+    found = parakin.range(solver, forces=True, least_conditioning=0.2)
+    same = parakin.range(
+        parakin.compile("delta", machine_code=False), forces=True, least_conditioning=0.2
+    )
+    np.testing.assert_allclose(found.travel, same.travel, atol=1e-9)
+
+
+@pytest.mark.parametrize("pose", [[1, 2], "home", np.zeros(2)])
+def test_poses_and_offsets_are_by_name(pose: object) -> None:
+    with pytest.raises(InputError, match="values by the names of driven coordinates"):
+        parakin.range(gantry(), pose)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="values by the names of driven coordinates"):
+        parakin.range(gantry(), offsets=pose)  # type: ignore[arg-type]

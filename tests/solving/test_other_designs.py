@@ -304,3 +304,100 @@ def test_a_design_on_whose_way_the_solvers_own_plan_is_singular_is_flagged_or_ri
             off = found.value("A") - other.value("A")
             assert np.cos(off) == pytest.approx(1.0, abs=1e-12)
     assert right > 10
+
+
+def test_expressions_are_in_what_is_given_beside_them() -> None:
+    solver = parakin.compile("gough-stewart", free=["r_base", "r_platform"], machine_code=False)
+    y = [0.0, 0.0, 1.1, 0.05, 0.1, 0.0]
+    found = solver.at(y, parameters={"r_platform": 0.5, "r_base": "2*r_platform"})
+    assert found.value("P1") == solver.at(y, parameters={"r_platform": 0.5, "r_base": 1.0}).value(
+        "P1"
+    )
+    with pytest.raises(InputError, match="the cycle r_base -> r_base"):
+        solver.at(y, parameters={"r_base": "2*r_base"})
+
+
+def slide(**parameters: float | str) -> parakin.Mechanism:
+    """A slide whose foot stands at `place`; its limits are around home, at `here`."""
+    return parakin.Mechanism(
+        name="slide",
+        parameters={"small": 0.0, "place": "2*small", "inv": 1.0, "here": 0.0} | parameters,
+        bodies=[{"name": "base"}, {"name": "arm", "points": {"tip": ["place", 0, 0]}}],
+        joints=[
+            {
+                "name": "T",
+                "kind": "revolute",
+                "parent": "base",
+                "child": "arm",
+                "on_parent": {"at": ["place", 0, 0]},
+            }
+        ],
+        platform={"body": "arm"},
+        home={"T": "here"},
+        limits={"T": ["here - 0.5", "here + 0.5"]},
+        driven=["T"],
+    )
+
+
+@pytest.mark.parametrize("own", [0.0, 5.6e-17, 1e-9, 2e-4])
+def test_what_is_small_in_the_file_is_left_open_too(own: float) -> None:
+    solver = parakin.compile(slide(small=own), free="small", machine_code=False)
+    assert solver.at([0.0], parameters={"small": 0.05}).value("platform.x") == pytest.approx(0.1)
+    found = parakin.sensitivities(solver, [0.0])
+    assert found.of("platform.x", "small") == pytest.approx(2.0)
+
+
+def test_powers_of_what_is_small_are_left_open() -> None:
+    mechanism = slide(small=2e-4, place="small*small*small*small/1e-12")
+    solver = parakin.compile(mechanism, free="small", machine_code=False)
+    x = solver.at([0.0], parameters={"small": 3e-4}).value("platform.x")
+    assert x == pytest.approx(3e-4**4 / 1e-12, rel=1e-12)
+
+
+def test_what_was_infinite_on_the_way_is_no_design() -> None:
+    solver = parakin.compile(slide(small=1.0, inv="1/small", place="1/inv"), free="small")
+    tick = solver.at([0.0], parameters={"small": np.array([0.5, 0.0])})
+    assert statuses(tick)[0] == 0
+    assert statuses(tick)[1] in (Status.OUT_OF_REACH, Status.NOT_REACHED)
+
+
+@pytest.mark.parametrize("here", [0.3, 2.0, 3.5, 6.0])
+def test_angles_are_counted_on_to_the_home_of_the_design(here: float) -> None:
+    solver = parakin.compile(slide(), ["platform.yaw"], free="here", machine_code=False)
+    anew = parakin.compile(slide(here=here), ["platform.yaw"], machine_code=False)
+    y = [anew.home["platform.yaw"] + 0.1]
+    found, other = solver.at(y, parameters={"here": here}), anew.at(y)
+    assert found.value("T") == pytest.approx(other.value("T"), abs=1e-12)
+    assert found.status == other.status == 0
+
+
+def test_a_batch_may_be_empty() -> None:
+    solver = parakin.compile("gough-stewart", free=["r_base"], machine_code=False)
+    assert statuses(solver.at(np.zeros((6, 0)), parameters={"r_base": 1.2})).shape == (0,)
+    assert statuses(solver.at(np.zeros((6, 0)), parameters={"r_base": []})).shape == (0,)
+
+
+@pytest.mark.parametrize("free", [[1], 5, b"b", ["b", None]])
+def test_names_left_open_are_checked(free: object) -> None:
+    with pytest.raises(InputError, match="free"):
+        parakin.compile("four-bar", free=free, machine_code=False)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("parameters", [[1], "b", {1: 2}])
+def test_parameters_are_by_name(parameters: object) -> None:
+    solver = parakin.compile("four-bar", free="b", machine_code=False)
+    with pytest.raises(InputError, match="parameters"):
+        solver.at([0.7], parameters=parameters)  # type: ignore[arg-type]
+
+
+def test_a_home_where_angles_lock_may_be_left() -> None:
+    """Pitched by 90° at home, where the platform's other two angles are the same."""
+    mechanism = slide(small=0.2, place="small").model_copy(
+        update={
+            "platform": parakin.Platform(
+                body="arm", angles=(("psi", "x"), ("phi", "z"), ("t", "y"))
+            )
+        }
+    )
+    solver = parakin.compile(mechanism.model_copy(update={"driven": ("T",)}), free="small")
+    assert solver.at([0.1], parameters={"small": 0.3}).status in (0, Status.ANGLES_UNDEFINED)

@@ -20,15 +20,18 @@ import numpy as np
 from parakin.algebra.spatial import Functions, Scalar, add, mul, sub
 from parakin.arrays import FloatArray
 
-_SAME = 4e-16  # of a number, and of one: values that differ by no more are the same
+_SAME = 4e-16  # of what a number is made of: values that differ by no more are the same
 
 
 class Condition(NamedTuple):
-    """A decision: whether `margin` is above zero, or, not `strict`, at least zero."""
+    """A decision: whether `margin` is above zero, or, not `strict`, at least zero; or, where
+    `finite`, that it is a finite number, which it has to be in any design.
+    """
 
     margin: Scalar
     strict: bool
     holds: bool
+    finite: bool = False
 
 
 @dataclass(frozen=True)
@@ -103,7 +106,9 @@ class Varied:
             return NotImplemented
         with np.errstate(all="ignore"):  # what has no value in some design is NaN there
             found = values(self.values, values_of(other))
-        return varied(found, scalars(self.scalar, scalar_of(other)), self.record)
+        of = np.maximum(np.abs(self.values), np.abs(values_of(other)))
+        terms = float(np.nan_to_num(of).max()) if values in (np.add, np.subtract) else 0.0
+        return varied(found, scalars(self.scalar, scalar_of(other)), self.record, terms)
 
     def _decided(self, other: Any, *, below: bool, strict: bool) -> bool:
         margin = sub(scalar_of(other), self.scalar) if below else sub(self.scalar, scalar_of(other))
@@ -113,11 +118,19 @@ class Varied:
         return holds
 
 
-def varied(values: FloatArray, scalar: Scalar, record: Record) -> Any:
-    """A number that varies, or a float where it is the same in all designs."""
+def varied(values: FloatArray, scalar: Scalar, record: Record, terms: float = 0.0) -> Any:
+    """A number that varies, or a float where it is the same in all designs. terms: the size of
+    those that it is the sum of.
+    """
     first = float(values[0])
-    same = bool(np.abs(values - first).max() <= _SAME * max(1.0, abs(first)))  # false of NaN
+    same = bool(np.abs(values - first).max() <= _SAME * max(terms, abs(first)))  # false of NaN
     return first if same else Varied(values, scalar, record)
+
+
+def must_be_finite(a: Any) -> None:
+    """Record that a number has to be finite, if it varies."""
+    if isinstance(a, Varied):
+        a.record.conditions.append(Condition(a.scalar, strict=False, holds=True, finite=True))
 
 
 def values_of(a: Any) -> Any:

@@ -24,13 +24,15 @@ if TYPE_CHECKING:
     from parakin.solving.solver import Solver
     from parakin.solving.tick import Tick
 
+_CLOSED = 1e-9  # characteristic lengths by which loops may open, per unit of what is largest
 _STEPS = 2  # of Newton's method from a pose that is closed already
 
 
 class Sensitivities(NamedTuple):
     """Derivatives of a quantity of each coordinate, at one pose or n: `by_driven` (rows, k) or
     (rows, k, n), and `by_parameter` (rows, m) or (rows, m, n), SI throughout. `status` of the pose;
-    where it is not solved they are NaN, and so they are where a coordinate is undefined.
+    where it is not solved they are NaN, and so they are where a coordinate is undefined, and by a
+    parameter that cannot change alone, since the loops would not close any more.
     """
 
     coordinates: tuple[str, ...]
@@ -67,7 +69,8 @@ def sensitivities(
     quantity: str = "position",
 ) -> Sensitivities:
     """How the reported coordinates change with each driven coordinate, and with each parameter that
-    was left `free`: exact, by dual numbers in the kernel, at one pose or many.
+    was left `free`, all others of these being kept: exact, by dual numbers in the kernel, at one
+    pose or many.
 
     y, yd, ydd, guess, parameters: as of `Solver.at`. quantity: "position", "velocity" or
     "acceleration": what is differentiated, rates and second rates of what is driven being kept.
@@ -75,7 +78,7 @@ def sensitivities(
     """
     known = ORDERS[: 1 + min(2, solver.derivatives)]
     if quantity not in known:
-        raise InputError("quantity", repr(quantity), nearest(quantity, known))
+        raise InputError("quantity", repr(quantity), nearest(str(quantity), known))
     order = known.index(quantity)
     if solver.free and parameters is None:
         parameters = {}
@@ -86,8 +89,12 @@ def sensitivities(
     out = asked.run()
     out[:, ~are(SOLVED, status)] = np.nan
     count, n = len(solver.coordinates), len(status)
-    table = out.reshape(-1, count, n).transpose(1, 0, 2)
-    undefined = np.isnan(tick.position.reshape(count, -1))
+    seeds = len(out) // (count + 1)
+    table = out[: seeds * count].reshape(seeds, count, n).transpose(1, 0, 2)
+    opening = out[seeds * count :] / solver.graph.length
+    tied = ~(opening <= _CLOSED * (1.0 + np.abs(np.nan_to_num(table)).max(axis=0, initial=0.0)))
+    table = np.where(tied, np.nan, table)
+    undefined = np.isnan(tick.position.reshape(count, n))
     table = np.where(undefined[:, None, :], np.nan, table)
     if tick.position.ndim == 1:
         table = table[..., 0]
@@ -114,14 +121,15 @@ class Asked(NamedTuple):
     ) -> Asked:
         """driven: positions and rates (orders k,) or (orders k, n); tick: what `at` returned."""
         chart, n = solver.opened, np.size(tick.status)
-        columns = np.broadcast_to(driven.reshape(len(driven), -1), (len(driven), n))
-        found = begun_at(locks_of(solver.plan), solver.layout, tick).reshape(-1, n)
+        columns = np.broadcast_to(driven if driven.ndim == 2 else driven[:, None], (len(driven), n))
+        found = begun_at(locks_of(solver.plan), solver.layout, tick)
+        found = found.reshape(len(solver.plan.iterated), n)
         outputs = Outputs(solver.reported.coordinates, order, checks=False)
         given, changes = _of_designs(solver, parameters, outputs, n)
         rows = SensitivityRows(chart.plan, outputs, order)
         kernel = chart.kept(("sensitivities", order), partial(_made, chart, rows))
         inputs = np.ascontiguousarray(np.concatenate([columns, given, found, changes]))
-        return Asked(kernel, inputs, rows.seeds * len(outputs.coordinates))
+        return Asked(kernel, inputs, rows.seeds * (len(outputs.coordinates) + 1))
 
     def run(self) -> FloatArray:
         out = np.empty((self.rows, self.inputs.shape[1]))
@@ -147,4 +155,4 @@ def _of_designs(
     standing = plan.standing(outputs.coordinates)
     changes = designs.homes.changes(given.parameters, given.home, standing)
     told = given.rows(plan, outputs.coordinates)
-    return told, changes.transpose(1, 0, 2).reshape(-1, n)
+    return told, changes.transpose(1, 0, 2).reshape(len(standing) * designs.designs.count, n)

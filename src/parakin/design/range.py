@@ -31,6 +31,7 @@ FULL_TURN = 2.0 * np.pi  # an angle that comes so far is told as unlimited
 FAR = 20.0  # characteristic lengths: and a slide that comes so far
 _BEYOND = 1.01  # times the way to a declared limit of its own: farther is not looked
 _RAYS = (8, 3600)  # of a pair
+_STRAIGHT = 1e-12  # of a range: a part of a ray along the other coordinate that is rounding
 
 
 class _Start(NamedTuple):
@@ -78,8 +79,15 @@ def range(
     """
     refuse_lean(solver.reported)
     _check_numbers(rays, frequency, least_conditioning)
-    y = _values(solver, pose or {}, "pose", {name: solver.home[name] for name in solver.driven})
-    away = _values(solver, offsets or {}, "offsets", dict.fromkeys(solver.driven, 0.0))
+    y = _values(
+        solver,
+        {} if pose is None else pose,
+        "pose",
+        {name: solver.home[name] for name in solver.driven},
+    )
+    away = _values(
+        solver, {} if offsets is None else offsets, "offsets", dict.fromkeys(solver.driven, 0.0)
+    )
     demands = Demands(
         Efforts(solver, loads) if forces else None,
         None if least_conditioning is None else Firmness(solver),
@@ -117,6 +125,8 @@ def _values(
     solver: Solver, given: Mapping[str, float], place: str, otherwise: Mapping[str, float]
 ) -> FloatArray:
     """One value for each driven coordinate (k,). Raises InputError."""
+    if not isinstance(given, Mapping):
+        raise InputError(place, repr(given), "values by the names of driven coordinates")
     for name, value in given.items():
         if name not in solver.driven:
             expected = nearest(str(name), solver.driven)
@@ -133,7 +143,7 @@ def _start(solver: Solver, y: FloatArray) -> tuple[_Start | None, str]:
         return None, tick.why()
     chart = solver.atlas.followed
     guess = begun_at(locks_of(solver.plan), solver.layout, tick)
-    out = chart.run(np.concatenate([y, np.zeros(2 * len(y)), guess]))
+    out = chart.run(np.concatenate([y, np.zeros(chart.outputs.derivatives * len(y)), guess]))
     node = Node(0.0, chart, out)
     if not converged(out[:, None], chart.layout)[0]:  # solved where this chart is singular
         node = other_chart(solver.atlas, node, y, y) or node
@@ -209,13 +219,15 @@ def _pairs(solver: Solver, start: _Start, alone: Alone, demands: Demands, count:
     turn = 2.0 * np.pi * np.arange(count) / count
     numbers = list(itertools.combinations(np.arange(k).tolist(), 2))
     ways = np.zeros((k, len(numbers), count))
-    far = _far(solver, start.y).min(axis=1)
+    far = _far(solver, start.y)
     for number, (i, j) in enumerate(numbers):
-        times = min(far[i] / size[i], far[j] / size[j])
-        ways[i, number], ways[j, number] = (
-            times * size[i] * np.cos(turn),
-            times * size[j] * np.sin(turn),
-        )
+        ways[i, number], ways[j, number] = size[i] * np.cos(turn), size[j] * np.sin(turn)
+        ways[np.abs(ways) < _STRAIGHT * size[:, None, None]] = 0.0
+        # Until one of the two is as far as it is looked at alone.
+        both = ways[[i, j], number]
+        with np.errstate(divide="ignore"):
+            times = np.where(both < 0.0, far[[i, j], 0, None], far[[i, j], 1, None]) / np.abs(both)
+        ways[:, number] *= times.min(axis=0)
     away = ways.reshape(k, -1)
     goal = start.y[:, None] + away
     traces: list[list[Node]] | None = [[] for _ in goal.T] if demands.any else None

@@ -87,7 +87,16 @@ def rates_at(
     k, n = y.shape
     each = np.eye(k).repeat(n, axis=1)  # pose by pose for each driven coordinate
     guess = np.tile(out[chart.layout.iterated[0]], (1, k))
-    found = chart.run(np.concatenate([np.tile(y, (1, k)), each, np.zeros((k, k * n)), guess]))
+    found = chart.run(
+        np.concatenate(
+            [
+                np.tile(y, (1, k)),
+                each,
+                np.zeros(((chart.outputs.derivatives - 1) * k, k * n)),
+                guess,
+            ]
+        )
+    )
     rates = np.empty((len(coordinates), k, n))
     for row, c in enumerate(coordinates):
         for i in range(k):
@@ -111,7 +120,9 @@ class Firmness:
         self._of = scales[list(self.actuated)][:, None]
         y = np.array([[solver.home[name]] for name in solver.driven])
         found = np.array([[plan.home[k] - plan.offset(k)] for k in plan.iterated])
-        inputs = np.concatenate([y, np.zeros((2 * len(y), 1)), found.reshape(-1, 1)])
+        inputs = np.concatenate(
+            [y, np.zeros((self.chart.outputs.derivatives * len(y), 1)), found.reshape(-1, 1)]
+        )
         self._home = 1.0
         self._home = float(self._held(self.chart, self.chart.run(inputs), y)[0])
 

@@ -59,13 +59,16 @@ def by_speed(atlas: Atlas, ray: Ray, most: float, bounds: Bounds, pulsation: flo
     def squares(s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """What A² may be (m, n), and half its derivative by s."""
         first, second = np.split(along(atlas, ray, s / far, rates), 2)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return s * s + (w / first) ** 2, s - w * w * second / first**3
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            still = first == 0.0  # keeps any speed limit, one of zero too
+            square = np.where(still, np.inf, s * s + (w / first) ** 2)
+            return square, np.where(still, s, s - w * w * second / first**3)
 
     s = far * sampled(ray, most / far)
     square, slope = squares(s)
-    if np.isnan(square).any():
-        return Swing(np.nan, -1)
+    unknown = np.isnan(square).any(axis=1)
+    if unknown.any():
+        return Swing(np.nan, int(unknown.argmax()))
     best, number = float(square.min()), int(square.min(axis=1).argmin())
     close = (slope[:, :-1] < 0.0) & (slope[:, 1:] > 0.0)
     close &= np.minimum(square[:, :-1], square[:, 1:]) <= _CLOSE * best
@@ -146,8 +149,11 @@ def amplitudes(
         for ray in rays:
             found = by_speed(solver.atlas, ray, best, speeds, pulsation)
             if found.number >= 0:
-                best, word = found.amplitude, speeds.words(found.number, upper=True)
-        if efforts is not None and efforts.limited:
+                upper = bool(speeds.high[found.number] <= -speeds.low[found.number])
+                best, word = found.amplitude, speeds.words(found.number, upper=upper)
+            if np.isnan(best):
+                break
+        if efforts is not None and efforts.limited and not np.isnan(best):
             found = by_effort(solver.atlas, rays, best, efforts, pulsation)
             if found.number >= 0:
                 best, word = found.amplitude, efforts.words(found.number)

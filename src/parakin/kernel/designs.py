@@ -11,11 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from parakin.algebra.dual import dual, dual_functions, rate_of, value_of
-from parakin.algebra.spatial import Functions, Scalar, sub
+from parakin.algebra.spatial import Functions, Scalar, add, mul, sub
 from parakin.kernel.coordinates import coordinate
-from parakin.kernel.motion import solve_motion
+from parakin.kernel.motion import Moved, solve_motion
 from parakin.kernel.outputs import Outputs
 from parakin.kernel.pose import checks
+from parakin.kinematics import loops
+from parakin.kinematics.closure import canonical_rows
 from parakin.model.designs import Designs
 from parakin.planning.plan import Plan
 
@@ -69,7 +71,8 @@ class SensitivityRows:
 
     It takes what the plan's kernel does with these outputs, and then how coordinates at home
     (`Plan.standing`) change by each parameter. It returns the derivatives of an `order` of the
-    outputs' coordinates by each driven coordinate, one after the other, then by each parameter.
+    outputs' coordinates by each driven coordinate, one after the other, then by each parameter;
+    and for each of these how far the loops would open, all of their rows counted [m].
     """
 
     plan: Plan
@@ -101,6 +104,7 @@ class SensitivityRows:
         guess, changes = rest[: len(plan.iterated)], rest[len(plan.iterated) :]
         lifted = dual_functions(functions)
         found: list[Scalar] = []
+        gaps: list[Scalar] = []
         for seed in range(self.seeds):
             of_home = changes[(seed - k) * len(standing) :][: len(standing)] if seed >= k else ()
             here = plan
@@ -117,7 +121,21 @@ class SensitivityRows:
             moved = solve_motion(here, there, guess, lifted, steps)
             for name in self.outputs.coordinates:
                 found.append(rate_of(coordinate(here, moved, name, self.order)[self.order]))
-        return found
+            gaps.append(_opening(here, moved, functions))
+        return [*found, *gaps]
+
+
+def _opening(plan: Plan, moved: Moved, functions: Functions) -> Scalar:
+    """How fast all closure rows together open [m]: not at all, where dimensions are not tied."""
+    circuits = moved.circuits
+    total: Scalar = 0.0
+    for cut in plan.tree.cuts:
+        end = loops.ends(circuits, cut)
+        for row in canonical_rows(plan.graph.joints[cut], cut):
+            value = mul(row.per_length(plan.graph), row.value(circuits, end))
+            total = add(total, mul(rate_of(value), rate_of(value)))
+    opening: Scalar = functions.sqrt(total)
+    return opening
 
 
 def _seeded(numbers: Sequence[Scalar], seed: int) -> list[Scalar]:

@@ -20,7 +20,7 @@ from parakin.model.mechanism import Mechanism
 
 _OTHERS = 3  # designs by which it is told what varies
 _FROM, _TO = 0.02, 0.06  # how far a parameter differs in them, of itself
-_WHERE_ZERO = 0.1  # of the largest other parameter of its dimension, or of one: instead of itself
+_WHERE_ZERO = 0.1  # of the largest parameter of its dimension, or of one, instead: if that is more
 
 
 class Opened(NamedTuple):
@@ -61,7 +61,7 @@ class Designs:
         sizes = []
         for name in names:
             alike = [abs(own[k]) for k in own if dimensions[k] == dimensions[name]]
-            sizes.append(abs(own[name]) or _WHERE_ZERO * (max(alike) or 1.0))
+            sizes.append(max(abs(own[name]), _WHERE_ZERO * max(alike)) or _WHERE_ZERO)
         count = (len(names), _OTHERS)
         away = rng.uniform(_FROM, _TO, count) * rng.choice([-1.0, 1.0], count)
         first = np.array([[own[name]] for name in names])
@@ -94,16 +94,26 @@ class Designs:
         graph = graph_of(self.mechanism, free=free)
         return Opened(_stripped(graph), tuple(record.conditions))
 
-    def followed(self, given: Mapping[str, FloatArray], functions: Functions) -> list[Any]:
+    def followed(
+        self,
+        given: Mapping[str, FloatArray],
+        functions: Functions,
+        texts: Mapping[str, str] | None = None,
+    ) -> list[Any]:
         """All parameters left open, from those of them that are given; the others follow from
-        these as the file says. given: values (n,), or numbers.
+        these as the file says. given: values (n,), or numbers; texts: expressions, in the others.
+        Raises InputError on texts that cannot be evaluated, or are of another dimension.
         """
         record = Record(functions)
         free = {
             name: Varied(self.values[self.names.index(name)], cast(Scalar, value), record)
             for name, value in given.items()
         }
-        known = Parameters(self.mechanism.parameters, self.mechanism.where, None, free)
+        texts = texts or {}
+        own = Parameters(self.mechanism.parameters, self.mechanism.where)
+        known = Parameters({**self.mechanism.parameters, **texts}, "", None, free)
+        for name, text in texts.items():
+            known.evaluate(text, own.dimension(name), f"parameters.{name}")
         return [scalar_of(known.value(name)) for name in self.names]
 
 

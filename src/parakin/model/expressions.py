@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from parakin.algebra import varied
-from parakin.algebra.varied import Varied, as_number, nominal
+from parakin.algebra.varied import Varied, as_number, must_be_finite, nominal
 from parakin.errors import InputError, nearest
 from parakin.model.units import (
     ANGLE,
@@ -133,6 +133,8 @@ def _walk(node: ast.AST, look_up: Callable[[str], _Quantity]) -> _Quantity:
     quantity = _value(node, look_up)
     if not math.isfinite(nominal(quantity.value)):  # checked for every part: 1/1e999 would hide it
         raise OverflowError
+    if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Div, ast.Pow)):
+        must_be_finite(quantity.value)
     return quantity
 
 

@@ -30,7 +30,7 @@ def compile(
     near: Mapping[str, float] | str | None = None,
     machine_code: bool | None = None,
     parameters: Mapping[str, Value] | None = None,
-    free: Sequence[str] | str = (),
+    free: Sequence[str] | str | None = (),
 ) -> Solver:
     """Compile a mechanism for a choice of driven coordinates.
 
@@ -68,7 +68,7 @@ def compile(
     own = assembled(graph)
     if isinstance(near, str):
         near = _mode(graph, numbers, own, near)
-    free = (free,) if isinstance(free, str) else tuple(free)
+    free = _free(free)
     if free and near is not None:
         raise InputError("near", "another mode, with parameters left open", "one of the two")
     home = None if near is None else _near(graph, own, numbers, near)
@@ -85,6 +85,14 @@ def compile(
         free,
     )
     return made(graph, recipe)
+
+
+def _free(names: Sequence[str] | str | None) -> tuple[str, ...]:
+    """Names of parameters. Raises InputError on what are none."""
+    given = (names,) if isinstance(names, str) else names or ()
+    if not isinstance(given, Sequence) or not all(isinstance(name, str) for name in given):
+        raise InputError("free", repr(names), "names of parameters")
+    return tuple(given)
 
 
 def _driven(mechanism: Mechanism, driven: Sequence[str] | str | None) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parakin.algebra.angles import nearest_angle
 from parakin.algebra.spatial import ARRAYS
 from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
 from parakin.caching import cached_property
@@ -23,7 +24,7 @@ from parakin.kinematics.configuration import Configuration, coordinate_scales
 from parakin.kinematics.free_motions import free_motions
 from parakin.model.designs import Designs
 from parakin.model.graph import Graph
-from parakin.planning.ordering import plan_of
+from parakin.planning.ordering import plan_of, with_twins
 from parakin.planning.plan import Plan
 from parakin.solving.charts import LANES
 from parakin.solving.continuity import POSITION
@@ -110,9 +111,9 @@ class Homes:
         m, n = parameters.shape
         rows = [self.rows.coordinates.index(k) for k in coordinates]
         found = np.empty((len(rows), m, n))
-        if not rows:
+        if not rows or not n:
             return found
-        guess = np.array([home[k] for k in self.plan.iterated]).reshape(-1, n)
+        guess = np.array([home[k] for k in self.plan.iterated]).reshape(len(self.plan.iterated), n)
         for k in range(m):
             way = np.zeros((m, n))
             way[k] = 1.0
@@ -134,6 +135,7 @@ class Homes:
             h = target - part[going]
             guess = before[self._iterated] + h * before[self._moving][self._iterated]
             found = self._run(own + target * way[:, going], way[:, going], guess)
+            self._unwind(found, before, h)
             verdict = self._verdict(found)
             smooth = self._smooth(h, before, found)
             verdict[(verdict == Status.CONVERGED) & ~smooth] = Status.BRANCH_CHANGE
@@ -179,6 +181,11 @@ class Homes:
         self._kernel(whole, out, False)
         return out[:, :n]
 
+    def _unwind(self, out: FloatArray, before: FloatArray, h: FloatArray) -> None:
+        """Count the full turns of angles on from a step before; a kernel knows none."""
+        rows = self._angles
+        out[rows] = nearest_angle(out[rows], to=before[rows] + h * before[self._moving][rows])
+
     def _verdict(self, out: FloatArray) -> StatusArray:
         residual, conditioning = out[self._residual], out[self._residual + 1]
         status = np.zeros(out.shape[1], dtype=np.int8)
@@ -202,6 +209,16 @@ class Homes:
     def _units_of(self, coordinates: Sequence[int]) -> FloatArray:
         units: FloatArray = coordinate_scales(self.plan.graph)[list(coordinates)][:, None]
         return units
+
+    @cached_property
+    def _angles(self) -> IndexArray:
+        known, iterated = self.plan.graph.coordinates, self.plan.iterated
+        rows = [
+            row
+            for row, k in enumerate(self.rows.coordinates)
+            if known[k].angle and k not in (*iterated, *self.plan.driven)
+        ]
+        return np.array(rows, dtype=np.intp)
 
     @cached_property
     def _positions(self) -> slice:
@@ -237,8 +254,10 @@ def _independent(graph: Graph, home: Configuration) -> list[int]:
     """Coordinates that drive home: of those that it gives as many as are independent, then others,
     held where they are in the file's own design.
     """
-    motions = free_motions(graph, graph.posed_tree(), home)
-    motions = motions / coordinate_scales(graph)[:, None]
+    count = len(graph.coordinates)
+    whole, there = with_twins(graph, home, list(graph.home))  # three angles may be undefined
+    motions = free_motions(whole, whole.posed_tree(), there)
+    motions = (motions / coordinate_scales(whole)[:, None])[:count]
     actuated = [k for k, c in enumerate(graph.coordinates) if c.actuated]
     order = dict.fromkeys([*graph.home, *actuated, *range(len(graph.coordinates))])
     chosen: list[int] = []
@@ -269,23 +288,27 @@ class Ends:
         return compiled(traced, self.designs.count, machine_code=self.machine_code)
 
     @cached_property
-    def _decisions(self) -> tuple[BoolArray, BoolArray]:
-        """Of each decision, whether it is strict, and what it is in the file's own design."""
+    def _decisions(self) -> tuple[BoolArray, BoolArray, BoolArray]:
+        """Of each decision, whether it is strict, what it is in the file's own design, and whether
+        it is only about being finite.
+        """
         own = [np.array([a]) for a in self.designs.own]
         with np.errstate(all="ignore"):
             conditions = self.designs.opened(own, ARRAYS).conditions
-        strict = np.array([c.strict for c in conditions], dtype=bool)
-        return strict[:, None], np.array([c.holds for c in conditions], dtype=bool)[:, None]
+        columns = np.array([(c.strict, c.holds, c.finite) for c in conditions], dtype=bool)
+        strict, holds, finite = columns.reshape(-1, 3).T[:, :, None]
+        return strict, holds, finite
 
     def at(self, parameters: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
         """Lower and upper limits (limits, n) in designs (m, n), and which of these (n,) take all
         decisions as the file's own does.
         """
-        strict, holds = self._decisions
+        strict, holds, finite = self._decisions
         out = np.empty((2 * self.limits + len(holds), parameters.shape[1]))
         if len(out):
             self._kernel(np.ascontiguousarray(parameters), out, False)
         margins = out[2 * self.limits :]
         alike = np.where(strict, margins > 0.0, margins >= 0.0) == holds
-        sound = alike & ~np.isnan(margins)
-        return out[: self.limits], out[self.limits : 2 * self.limits], sound.all(axis=0)
+        sound = np.where(finite, np.isfinite(margins), alike & ~np.isnan(margins))
+        good: BoolArray = np.logical_and.reduce(sound)
+        return out[: self.limits], out[self.limits : 2 * self.limits], good

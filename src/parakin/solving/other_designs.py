@@ -17,7 +17,7 @@ from parakin.errors import InputError, nearest
 from parakin.kernel.outputs import Outputs
 from parakin.kinematics.configuration import coordinate_scales
 from parakin.model.designs import Designs
-from parakin.model.expressions import Parameters, Value
+from parakin.model.expressions import Value
 from parakin.planning.plan import Plan
 from parakin.solving.answers import Answers
 from parakin.solving.atlas import Atlas
@@ -48,7 +48,7 @@ class Given(NamedTuple):
         """What a kernel of these coordinates takes of them (g, n)."""
         standing = [self.home[k] for k in plan.standing(coordinates)]
         n = self.parameters.shape[1]
-        return np.concatenate([self.parameters, np.array(standing).reshape(-1, n)])
+        return np.concatenate([self.parameters, np.array(standing).reshape(len(standing), n)])
 
     def spread(self, of: Any) -> Given:
         """These columns of it."""
@@ -106,7 +106,9 @@ class OtherDesigns:
         shape = () if alone else (n,)
         start = None if guess is None else self.guesses.start_of(guess, shape)
         out, status, rows = self._solved(columns, start, given, parallel=parallel)
-        if start is not None:
+        if start is None:
+            self._turned_home(out, given)
+        else:
             self.guesses.turned_to(out, start)
         if alone:
             out, rows = np.ascontiguousarray(out[:, 0]), rows[:, 0]
@@ -133,6 +135,14 @@ class OtherDesigns:
             guess = start.iterated if start.iterated.ndim == 2 else start.iterated[:, None]
             guess = np.broadcast_to(guess, (len(guess), n))
         return iterate(chart, rows, guess), status, rows
+
+    def _turned_home(self, out: FloatArray, given: Given) -> None:
+        """Turn angles to within half a turn of where they are at their design's home."""
+        plan, layout = self.chart.plan, self.chart.layout
+        for row in layout.angles.tolist():
+            k = self.chart.outputs.coordinates[row]
+            if isinstance(k, int) and k in given.home and k not in plan.graph.from_home:
+                out[row] = nearest_angle(out[row], to=given.home[k])
 
     def _walked(self, goal: FloatArray, given: Given) -> tuple[FloatArray, StatusArray]:
         """Iterated coordinates (m, n) from which poses (k, n) are found, each by a straight way
@@ -161,18 +171,20 @@ class OtherDesigns:
         """Parameters left open [SI], (m,) or (m, n); those not given follow from the others as the
         file says. Raises InputError on unknown names, and on values of the wrong shape.
         """
-        evaluate = Parameters(self.designs.mechanism.parameters)
+        if not isinstance(parameters, Mapping):
+            raise InputError("parameters", repr(parameters), "values by the names of parameters")
         given: dict[str, FloatArray] = {}
+        texts: dict[str, str] = {}
         for name, value in parameters.items():
             place = f"parameters.{name}"
             if name not in self.designs.names:
-                expected = nearest(name, self.designs.names)
+                expected = nearest(str(name), self.designs.names)
                 raise InputError(place, "a parameter that is not left open", expected)
-            numbers: ArrayLike = value
             if isinstance(value, str):
-                numbers = evaluate.evaluate(value, evaluate.dimension(name), place)
+                texts[name] = value
+                continue
             try:
-                given[name] = np.asarray(numbers, dtype=float)
+                given[name] = np.asarray(value, dtype=float)
             except (TypeError, ValueError) as error:
                 raise InputError(place, str(error), "numbers") from None
         shapes = {value.shape for value in given.values() if value.shape}
@@ -181,11 +193,13 @@ class OtherDesigns:
             raise InputError("parameters", f"shapes {found}", "numbers, or arrays of one length")
         shape = shapes.pop() if shapes else ()
         with np.errstate(all="ignore"):  # what has no value is NaN, and flagged
-            followed = self.designs.followed(given, ARRAYS)
+            followed = self.designs.followed(given, ARRAYS, texts)
         return np.array([np.broadcast_to(value, shape) for value in followed], dtype=float)
 
     def given(self, values: FloatArray, n: int) -> Given:
         """Everything about designs (m, 1) or (m, n), for n poses."""
+        if not n:
+            return self._kept(self.designs.own[:, None]).spread(np.zeros(0, dtype=np.intp))
         if values.shape[1] == 1:
             return self._kept(values).spread(np.zeros(n, dtype=np.intp))
         different, which = np.unique(values, axis=1, return_inverse=True)

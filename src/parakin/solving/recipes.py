@@ -102,6 +102,7 @@ def _made(graph: Graph, recipe: Recipe, sent: bytes) -> Solver:
     homes = None
     if designs:
         told = {*plan.driven, *plan.unknowns, *plan.standing(outputs.coordinates)}
+        told |= {k for k in outputs.coordinates if isinstance(k, int)}
         known = sorted(k for k in told if k < len(graph.coordinates))
         if any(k not in known for k in plan.iterated):
             found = "a home where the three angles of some joint are all but undefined"

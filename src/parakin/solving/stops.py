@@ -197,8 +197,9 @@ class LimitRows:
     @cached_property
     def _columns(self) -> tuple[FloatArray, FloatArray]:
         """Limits (L, 1) or (L, n)."""
-        count = len(self.rows)
-        return self.low.reshape(count, -1), self.high.reshape(count, -1)
+        if self.low.ndim == 2:
+            return self.low, self.high
+        return self.low[:, None], self.high[:, None]
 
     def stopped(self, out: FloatArray) -> Stopped:
         """The limit that each sample (rows, n) exceeds, by the greatest part of its range."""
@@ -214,7 +215,7 @@ class LimitRows:
                 excess = np.where(values < low, values - low, values - high)
             excess[~beyond[:, samples]] = 0.0
             span = high - low
-            parts = np.abs(excess) / np.where(np.isfinite(span), span, 1.0)
+            parts = np.abs(excess) / np.where(np.isfinite(span) & (span > 0.0), span, 1.0)
             worst = np.argmax(parts, axis=0)
             found.number[samples] = self.numbers[worst]
             found.excess[samples] = excess[worst, np.arange(len(samples))]
