@@ -97,3 +97,19 @@ def test_bad_input_is_one_message(
     assert message in err
     assert err.startswith("error: ")
     assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("names", ["", ",", "platform.x,"])
+def test_names_that_are_missing_are_told(names: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["range", RIG, "--driven", names]) == 2
+    assert "names separated by commas" in capsys.readouterr().err
+
+
+def test_a_figure_that_is_not_drawn_is_told(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    picture = tmp_path / "range.png"
+    with_ = ["--with", "platform.pitch=40 deg", "--plot", str(picture)]
+    assert main(["range", RIG, *with_]) == 1
+    assert f"{picture.name} was not written" in capsys.readouterr().err.replace("\n", "")
+    assert not picture.exists()

@@ -438,7 +438,10 @@ def test_a_speed_limit_of_zero_one_way_leaves_the_others_as_they_are() -> None:
     table = gantry(**limits, X_velocity=(0.0, 0.5))
     found = parakin.range(table, frequency=1.0)
     np.testing.assert_allclose(found.amplitude, [0.0, 0.3 / (2.0 * np.pi)], atol=1e-12)
-    assert found.amplitude_limited_by.values.tolist() == ["X.velocity < 0 m/s", "Z.velocity < -0.3 m/s"]
+    assert found.amplitude_limited_by.values.tolist() == [
+        "X.velocity < 0 m/s",
+        "Z.velocity < -0.3 m/s",
+    ]
 
 
 @pytest.mark.parametrize("derivatives", [2, 3])

@@ -33,8 +33,7 @@ def ranges(options: argparse.Namespace) -> int:
         check_figure(options.plot)
     check_outputs(options, paths)
     mechanism = load_mechanism(options)
-    chosen = [name.strip() for name in options.driven.split(",")] if options.driven else None
-    solver = compile_mechanism(mechanism, chosen or driven_for(mechanism))
+    solver = compile_mechanism(mechanism, _chosen(options.driven) or driven_for(mechanism))
     frequency = None
     if options.frequency is not None:
         evaluate = Parameters(mechanism.parameters, mechanism.where).evaluate
@@ -50,6 +49,16 @@ def ranges(options: argparse.Namespace) -> int:
     )
     _deliver(found, options)
     return 1 if found.attrs["stopped"] else 0
+
+
+def _chosen(names: str | None) -> list[str]:
+    """Names separated by commas. Raises InputError where one is missing."""
+    if names is None:
+        return []
+    chosen = [name.strip() for name in names.split(",")]
+    if not all(chosen):
+        raise InputError("--driven", repr(names), "names separated by commas")
+    return chosen
 
 
 def _of_driven(solver: Solver, settings: Sequence[str], option: str) -> dict[str, float]:
@@ -72,5 +81,7 @@ def _deliver(found: xr.Dataset, options: argparse.Namespace) -> None:
         written.append(options.plot)
         save(range_plot.ranges(found, title=found.attrs["mechanism"]), options.plot)
     say(range_text.range_report(found))
+    if options.plot is not None and options.plot not in written:
+        tell(printable(f"no range to draw, so {options.plot} was not written"))
     if written:
         tell(printable(f"wrote {', '.join(map(str, written))}"))
