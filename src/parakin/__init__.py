@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from parakin.analysis.singularities import singularities
     from parakin.analysis.stiffness import stiffness
     from parakin.design.range import range
+    from parakin.design.workspace import workspace
     from parakin.errors import (
         AssemblyError,
         DrivenError,
@@ -86,6 +87,7 @@ _MODULES = {
     "simulate_batch": "solving.batches",
     "stiffness": "analysis.stiffness",
     "range": "design.range",
+    "workspace": "design.workspace",
     "check": "verbs",
     "draw": "verbs",
     "export": "verbs",
@@ -153,6 +155,7 @@ __all__ = [
     "singularities",
     "stiffness",
     "view",
+    "workspace",
 ]
 
 
