@@ -57,6 +57,7 @@ def _command(options: argparse.Namespace) -> int:
         "check": _check,
         "modes": _modes,
         "range": _range,
+        "workspace": _workspace,
         "solve": _solve,
         "plot": _solve,  # with other defaults
         "film": _solve,
@@ -178,6 +179,12 @@ def _range(options: argparse.Namespace) -> int:
     from parakin.cli.ranging import ranges
 
     return ranges(options)
+
+
+def _workspace(options: argparse.Namespace) -> int:
+    from parakin.cli.workspaces import workspaces
+
+    return workspaces(options)
 
 
 def _draw(options: argparse.Namespace) -> int:

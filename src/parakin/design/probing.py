@@ -19,7 +19,7 @@ from parakin.solving.tick import Tick
 
 _TOGETHER = 4096  # poses: as many as stay near the processor
 _KEEPS = (Status.CONVERGED, Status.ANGLES_UNDEFINED)
-_EDGE, _POOR = -1, -2  # what may be wrong besides a status (-100 less it) or a stop
+_EDGE, _POOR, _STATUS = -1, -2, -100  # what may be wrong besides a stop; a status less from it
 
 EDGE_WORDS = "edge of what was looked at"
 
@@ -95,7 +95,7 @@ class Probe:
         tick = self.solver.at(y)
         status, number = np.asarray(tick.status), np.asarray(tick.stopped_by)
         upper = np.asarray(tick.excess) > 0.0
-        codes = np.where(number > 0, 2 * number + upper, -100 - status.astype(np.intp))
+        codes = np.where(number > 0, 2 * number + upper, _STATUS - status.astype(np.intp))
         good = are(_KEEPS, status)
         codes[good] = 0
         if self.least is not None and good.any():
@@ -113,6 +113,11 @@ class Probe:
         known = begun_at(locks_of(solver.plan), solver.layout, tick)
         return chart, chart.run(np.concatenate([y, np.zeros((2 * len(y), y.shape[1])), known]))
 
+    @staticmethod
+    def is_singular(codes: IndexArray) -> BoolArray:
+        """Which codes (n,) tell a singularity, as there is at an end of reach too."""
+        return np.asarray(codes == _STATUS - Status.SINGULAR, dtype=bool)
+
     def words(self, code: int) -> str:
         """What a code says: "P6 > 1.26 m", "limb A1, B1 cannot reach", "singular"."""
         if code == 0:
@@ -124,7 +129,7 @@ class Probe:
         if code > 0:
             number, upper = divmod(code, 2)
             return reason(self.solver, number, Status.LIMIT_EXCEEDED, upper=bool(upper))
-        return reason(self.solver, 0, Status(-100 - code), upper=False)
+        return reason(self.solver, 0, Status(_STATUS - code), upper=False)
 
     def left(self, points: FloatArray) -> Left:
         """How much is left at points (n, d) that keep everything: the least of all poses, or the

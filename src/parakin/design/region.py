@@ -13,6 +13,7 @@ from parakin.design.simplices import Cuts, Pieces, connected, cut, pieces, sizes
 
 _HALVINGS = 30  # of an edge of the grid: to 1e-9 of it
 _ROUGHLY = 20  # where it only serves to tell how sure a size is
+_FARTHER = 1e-5  # of an edge: beyond the end of reach, where it is told which limb cannot
 
 
 class Region(NamedTuple):
@@ -49,6 +50,10 @@ def region_of(probe: Probe, grid: Grid) -> Region:
     cuts = cut(inside, numbers)
     crossings, beyond = located(probe, points, cuts.edges, _HALVINGS)
     stops = probe.stops_next(crossings, beyond)
+    vague = np.flatnonzero(probe.is_singular(stops))
+    ways = points[cuts.edges[vague, 1]] - crossings[vague]
+    farther = probe.stops_next(crossings[vague], beyond[vague] + _FARTHER * ways)
+    stops[vague] = np.where(farther > 0, farther, stops[vague])
     found = _pieces(cuts, grid, points, crossings, 1.0)
     cell = float(np.prod(grid.step))
     each = cell * sizes(cuts, found, flat)

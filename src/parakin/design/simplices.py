@@ -39,7 +39,8 @@ class Cuts(NamedTuple):
 
 class Pieces(NamedTuple):
     """Facets of a boundary: corners, by number of the edge crossed (p, d), a node inside beside
-    each (p,); and the parts of the simplices that are inside (s,), in cells.
+    each (p,); and the parts of the simplices that are inside (s,), in cells. What is inside is left
+    of a line, and behind a triangle whose corners go round to the left.
     """
 
     facets: IndexArray
@@ -119,9 +120,19 @@ def pieces(cuts: Cuts, places: FloatArray, crossings: FloatArray) -> Pieces:
             ac, ad, bc, bd = (crossings[on[:, i]] for i in range(4))
             parts[mine] = _size(a, ac, ad, bd) + _size(a, ac, bc, bd) + _size(a, b, bc, bd)
             found = [on[:, [0, 1, 3]], on[:, [0, 3, 2]]]
-        facets += found
+        inwards = places[corners[:, 0]] - places[corners[:, -1]]
+        facets += [_oriented(each, crossings, inwards) for each in found]
         beside += [corners[:, 0]] * len(found)
     return Pieces(np.concatenate(facets), np.concatenate(beside), parts)
+
+
+def _oriented(facets: IndexArray, crossings: FloatArray, inwards: FloatArray) -> IndexArray:
+    """Facets (p, d) with their corners in order, given a way inwards from each (p, d)."""
+    corners = crossings[facets]
+    ways = np.concatenate([corners[:, 1:] - corners[:, :1], inwards[:, None]], axis=1)
+    wrong = (np.linalg.det(ways) < 0.0) ^ (facets.shape[1] == 3)
+    found: IndexArray = np.where(wrong[:, None], facets[:, ::-1], facets)
+    return found
 
 
 def _size(apex: FloatArray, *others: FloatArray) -> FloatArray:
