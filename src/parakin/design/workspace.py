@@ -118,7 +118,8 @@ def _moved(solver: Solver, over: Sequence[str] | None, kind: str) -> tuple[str, 
     angles = kind == "orientation"
     fitting = tuple(n for n in solver.driven if solver.graph.is_angle(n) == angles)
     what = "angles" if angles else "slides"
-    moved = fitting if over is None else tuple(over)
+    platform = tuple(name for name in fitting if name.startswith("platform."))
+    moved = (platform or fitting) if over is None else tuple(over)
     for name in moved:
         if name not in solver.driven:
             raise InputError(
@@ -129,7 +130,11 @@ def _moved(solver: Solver, over: Sequence[str] | None, kind: str) -> tuple[str, 
     if len(set(moved)) != len(moved):
         raise InputError("over", "a coordinate twice", "each once")
     if len(moved) not in POINTS:
-        count = f"{len(moved)} driven {what}" if over is None else f"{len(moved)} coordinates"
+        count = (
+            f"{len(moved)} driven {what} of the platform"
+            if over is None
+            else f"{len(moved)} coordinates"
+        )
         raise InputError("over", count, "two or three to move")
     return moved
 
