@@ -20,7 +20,7 @@ The packages follow the flow of the data; each imports only those listed before 
 - `solving`: compiling solvers, following motions, simulating, labelled results, assembly modes
 - `analysis`: mobility, singularities, stiffness, small motions (beside it, real time when it comes)
 - `exports`: models and code for other programs
-- `design`: how far, how fast and how hard a mechanism moves, and what stops it
+- `design`: how far, how fast and how hard a mechanism moves, where it can go, and what stops it
 - `views`: figures, films, reports, schemes, pages in the browser
 - `verbs`: commands as functions, `parakin.check`, `draw`, ...: all but `list`, `modes`, `solve` and
   `simulate`, which are `parakin.catalogue`, `parakin.modes`, `Solver.solve` and `Solver.simulate`

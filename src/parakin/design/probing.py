@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parakin.arrays import BoolArray, FloatArray, IndexArray
+from parakin.design.march import ends_of
 from parakin.design.stopping import reason
 from parakin.design.strength import Firmness
 from parakin.model.graph import Graph
@@ -73,6 +74,8 @@ class Probe:
         is kept there and not here.
         """
         codes = self._wrong(outside)[0]
+        for pose in np.arange(len(codes)).tolist():
+            self._name_first(codes[pose], outside, pose)
         first: IndexArray = np.zeros(len(outside), dtype=np.intp)
         if len(codes) > 1:
             first = np.argmax((self._wrong(inside)[0] == 0) & (codes != 0), axis=0)
@@ -90,6 +93,22 @@ class Probe:
                 codes[pose, some] = self._codes(self.driven(points[some], pose))
         kept = codes == 0
         return codes, kept.all(axis=0) if self.every else kept.any(axis=0)
+
+    def _name_first(self, codes: IndexArray, points: FloatArray, pose: int) -> None:
+        """Of limits that are met at once, as by symmetry, the first of the file is named; in the
+        codes (n,) of points (n, d) next to where they are met.
+        """
+        units = np.array([bool(unit) for unit in self.solver.stops.units])
+        some = np.flatnonzero((codes > 0) & units[np.maximum(codes, 0) // 2])
+        for k in np.arange(0, len(some), _TOGETHER).tolist():
+            mine = some[k : k + _TOGETHER]
+            y = self.driven(points[mine], pose)
+            chart, out = self._outputs(y, self.solver.at(y))
+            ends = ends_of(chart)
+            met = (ends.beyond(out)[0] > -ends.slack[:, None]) & converged(out, chart.layout)
+            first = np.argmax(met, axis=0)
+            named = 2 * ends.numbers[first] + ends.upper[first]
+            codes[mine] = np.where(met.any(axis=0), named, codes[mine])
 
     def _codes(self, y: FloatArray) -> IndexArray:
         tick = self.solver.at(y)

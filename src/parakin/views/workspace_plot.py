@@ -41,8 +41,7 @@ def workspaces(found: xr.Dataset, title: str = "", by: str | None = None) -> Fig
         raise InputError("by", repr(by), " or ".join(_SHOWN))
     style: dict[Any, Any] = {"font.size": 9, "svg.fonttype": "none", "pdf.fonttype": 42}
     with mpl.rc_context(style | {"axes.linewidth": 0.6}):
-        size = (8.4, 6.2) if found.sizes["over"] == 2 else (11.0, 4.6)
-        figure = Figure(figsize=size, layout="constrained")
+        figure = Figure(figsize=_size(found), layout="constrained")
         colours = _colours(found)
         if found.sizes["over"] == 2:
             known = bool(np.isfinite(found["stroke_left"].values).any())
@@ -53,6 +52,14 @@ def workspaces(found: xr.Dataset, title: str = "", by: str | None = None) -> Fig
         if title:
             figure.suptitle(title, fontsize=10, parse_math=False)
     return figure
+
+
+def _size(found: xr.Dataset) -> tuple[float, float]:
+    """Of the figure, in inches."""
+    if found.sizes["over"] == 3:
+        return 11.0, 4.4
+    wide, high = np.ptp(found["boundary"].values, axis=(0, 1)).tolist()
+    return 8.4, float(np.clip(5.6 * high / wide + 1.0, 3.2, 8.0))
 
 
 def _colours(found: xr.Dataset) -> list[str]:
@@ -205,7 +212,7 @@ def _draw_surface(figure: Figure, found: xr.Dataset, colours: list[str]) -> None
         axes.set_box_aspect(high - low, zoom=0.88)
         axes.view_init(elev=elevation, azim=_AZIMUTH)
         where = "above" if elevation > 0.0 else "below"
-        axes.text2D(0.5, -0.04, f"from {where}", transform=axes.transAxes, ha="center")
+        axes.text2D(0.5, 0.02, f"from {where}", transform=axes.transAxes, ha="center")
 
 
 def _pair(figure: Figure) -> Any:

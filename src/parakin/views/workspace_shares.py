@@ -22,8 +22,9 @@ def shares(found: xr.Dataset) -> dict[str, float]:
     weights = np.repeat(sizes / numbers.shape[1], numbers.shape[1])
     total = np.bincount(numbers.ravel(), weights, minlength=found.sizes["stop"])
     words = found["stop"].values
-    order = np.argsort(-total, kind="stable").tolist()
-    return {str(words[k]): float(total[k] / total.sum()) for k in order if total[k] > 0.0}
+    share = total / total.sum()
+    order = np.argsort(-np.round(share, 3), kind="stable").tolist()  # those alike as in the file
+    return {str(words[k]): float(share[k]) for k in order if share[k] > 0.0}
 
 
 def _sizes(facets: FloatArray) -> FloatArray:
