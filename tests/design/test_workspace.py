@@ -106,6 +106,16 @@ def test_the_area_of_a_3_rpr(tmp_path: Path, machine_code: bool | None, yaw: flo
     assert abs(float(finer["size"]) - exact) < 0.2 * abs(float(found["size"]) - exact)
 
 
+def test_arrays_and_machine_code_agree(tmp_path: Path) -> None:
+    arrays, code = (
+        parakin.workspace(three_rpr(tmp_path, STROKES, machine_code=machine_code), points=41)
+        for machine_code in (False, None)
+    )
+    assert np.array_equal(arrays["inside"], code["inside"])
+    assert arrays["boundary"].values == pytest.approx(code["boundary"].values, abs=1e-10)
+    assert float(arrays["size"]) == pytest.approx(float(code["size"]), rel=1e-9)
+
+
 def test_the_boundary_is_located_exactly_and_says_what_stops_it(tmp_path: Path) -> None:
     found = parakin.workspace(three_rpr(tmp_path, STROKES), points=41)
     corners = found["boundary"].values.reshape(-1, 2)
@@ -317,6 +327,22 @@ def test_nodes_are_what_single_poses_are() -> None:
     for i, k in np.random.default_rng(3).integers(0, (len(xs), len(zs)), (100, 2)).tolist():
         tick = rig().at([xs[i], 0.0, zs[k], 0.0, 0.0, 0.0])
         assert bool(found["inside"].values[i, k]) == (tick.status == 0)
+
+
+def test_a_cavity_is_found(tmp_path: Path) -> None:
+    """A translational 3-UPU: each leg keeps the platform's point between two spheres."""
+    limits = "P1 = [0.2, 1.0]\nP2 = [0.01, 1.0]\nP3 = [0.01, 1.0]"
+    found = parakin.workspace(limited(tmp_path, "3-upu", limits), points=61)
+    centres = np.pad(0.3 * turned(np.radians([90.0, 210.0, 330.0])), [(0, 0), (0, 1)])
+
+    def kept(points: np.ndarray) -> np.ndarray:
+        lengths = np.linalg.norm(points[:, None] - centres, axis=-1)
+        return np.asarray((lengths <= 1.0).all(axis=1) & (lengths[:, 0] >= 0.2))
+
+    agrees_with(found, kept, np.full(3, -1.0), np.ones(3))
+    assert found["holes"].values == pytest.approx([4.0 / 3.0 * np.pi * 0.2**3], rel=1e-2)
+    home = np.linalg.norm([0.0, 0.3, 0.7])
+    assert float(found["radius"]) == pytest.approx(1.0 - home, rel=5e-3)
 
 
 # Simplices, balls and boxes by hand.

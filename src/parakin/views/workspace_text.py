@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _POWERS = {2: "²", 3: "³"}
+_DIGITS = 9  # after the point; what needs more is written with a power of ten
 
 
 def workspace_report(found: xr.Dataset) -> RenderableType:
@@ -88,7 +89,9 @@ def _with_doubt(found: xr.Dataset) -> str:
     per, unit = _size_unit(found)
     size, doubt = per * float(found["size"]), per * float(found["size_uncertainty"])
     digits = max(0, 1 - int(np.floor(np.log10(doubt)))) if doubt > 0.0 else 9
-    return f"{size:.{min(digits, 12)}f} ± {doubt:.{min(digits, 12)}f} {unit}"
+    if digits > _DIGITS:
+        return f"{size:.6g} ± {doubt:.1g} {unit}"
+    return f"{size:.{digits}f} ± {doubt:.{digits}f} {unit}"
 
 
 def _parts(what: str, sizes: np.ndarray, found: xr.Dataset) -> str:
