@@ -172,12 +172,8 @@ def _add_workspace(commands: _Commands) -> None:
 
 
 def _add_least_conditioning(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--least-conditioning",
-        metavar="PART",
-        type=_number,
-        help="how near to a singularity it may come, home being 1",
-    )
+    text = "how near to a singularity it may come, home being 1"
+    command.add_argument("--least-conditioning", metavar="PART", type=_number, help=text)
 
 
 def _add_solve(commands: _Commands) -> None:
