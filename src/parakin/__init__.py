@@ -21,7 +21,7 @@ The packages follow the flow of the data; each imports only those listed before 
 - `analysis`: mobility, singularities, stiffness, small motions, sensitivities (beside it, real time
   when it comes)
 - `exports`: models and code for other programs
-- `design`: how far, how fast and how hard a mechanism moves, and what stops it
+- `design`: how far, how fast and how hard a mechanism moves, where it can go, and what stops it
 - `views`: figures, films, reports, schemes, pages in the browser
 - `verbs`: commands as functions, `parakin.check`, `draw`, ...: all but `list`, `modes`, `solve` and
   `simulate`, which are `parakin.catalogue`, `parakin.modes`, `Solver.solve` and `Solver.simulate`
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from parakin.analysis.singularities import singularities
     from parakin.analysis.stiffness import stiffness
     from parakin.design.range import range
+    from parakin.design.workspace import workspace
     from parakin.errors import (
         AssemblyError,
         DrivenError,
@@ -87,6 +88,7 @@ _MODULES = {
     "simulate_batch": "solving.batches",
     "stiffness": "analysis.stiffness",
     "range": "design.range",
+    "workspace": "design.workspace",
     "check": "verbs",
     "draw": "verbs",
     "export": "verbs",
@@ -154,6 +156,7 @@ __all__ = [
     "singularities",
     "stiffness",
     "view",
+    "workspace",
 ]
 
 

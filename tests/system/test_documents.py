@@ -148,7 +148,7 @@ def test_commands_about_design_say_what_is_shown(capsys: pytest.CaptureFixture[s
     shown = re.findall(
         r"^```bash\nparakin ([^\n]*)\n```\n\n```text\n(.*?)^```$", text, re.DOTALL | re.M
     )
-    assert len(shown) == 4
+    assert len(shown) == 6
     for command, expected in shown:
         main(shlex.split(command))
         said = capsys.readouterr().out.splitlines()
@@ -165,11 +165,28 @@ def test_the_other_commands_about_design_run() -> None:
 
 
 @pytest.mark.usefixtures("elsewhere")
+def test_commands_about_workspaces_write_what_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copy(ROOT / "examples" / "rig.toml", "rig.toml")
+    drawing = [b for b in blocks("docs/design.md", "bash") if "workspace" in b and "--plot" in b]
+    assert [main(shlex.split(block)[1:]) for block in drawing] == [0, 0]
+    assert {path.name for path in Path().iterdir()} == {
+        *("rig.toml", "slice.png", "slice.csv", "surface.png", "surface.stl")
+    }
+    (told,) = re.findall(
+        r"The volume there is (.*?)\.\s", Path(ROOT / "docs/design.md").read_text()
+    )
+    assert f"volume {told}\n" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("elsewhere")
 def test_the_python_about_design_runs(capsys: pytest.CaptureFixture[str]) -> None:
     shutil.copy(ROOT / "examples" / "rig.toml", "rig.toml")
-    (code,) = blocks("docs/design.md", "python")
-    exec(compile(code, "design.md", "exec"), {})
-    ends, words, length, _ = capsys.readouterr().out.splitlines()
+    names: dict[str, object] = {}
+    for code in blocks("docs/design.md", "python"):
+        exec(compile(code, "design.md", "exec"), names)
+    ends, words, length, _, size, node = capsys.readouterr().out.splitlines()
+    assert 0.0 < float(size.split()[1]) < 1e-3 * float(size.split()[0])
+    assert node.startswith("True")
     assert [float(end) for end in ends.strip("[]").split()] == pytest.approx(
         [-0.18699, 0.12622], abs=1e-5
     )
@@ -195,6 +212,15 @@ def test_the_figure_of_a_range_is_drawn_by_the_example() -> None:
     subprocess.run(script, check=True, capture_output=True)
     (made,) = Path("drawn").iterdir()
     assert f"figures/{made.name})" in (ROOT / "docs" / "design.md").read_text("utf-8")
+
+
+@pytest.mark.usefixtures("elsewhere")
+def test_the_figures_of_workspaces_are_drawn_by_the_example() -> None:
+    script = [sys.executable, str(ROOT / "examples" / "workspace.py"), "drawn"]
+    subprocess.run(script, check=True, capture_output=True)
+    text = (ROOT / "docs" / "design.md").read_text("utf-8")
+    made = {path.name for path in Path("drawn").iterdir()}
+    assert made == set(re.findall(r"figures/(workspace[\w.-]+)\)", text))
 
 
 @pytest.mark.usefixtures("elsewhere")

@@ -15,6 +15,7 @@ _COMMANDS = (
     "check",
     "modes",
     "range",
+    "workspace",
     "solve",
     "plot",
     "film",
@@ -70,6 +71,7 @@ def parser() -> argparse.ArgumentParser:
         _add_check,
         _add_modes,
         _add_range,
+        _add_workspace,
         _add_solve,
         _add_pictures,
         _add_simulate,
@@ -125,15 +127,53 @@ def _add_range(commands: _Commands) -> None:
     ranges.add_argument(
         "--forces", action="store_true", help="the drives' largest efforts are limits too"
     )
-    ranges.add_argument(
-        "--least-conditioning",
-        metavar="PART",
-        type=_number,
-        help="how near to a singularity it may come, home being 1",
-    )
+    _add_least_conditioning(ranges)
     ranges.add_argument("-o", "--output", metavar="FILE", type=Path, help="table: .csv or .nc")
     ranges.add_argument("--plot", metavar="FILE", type=Path, help="figure: .png, .svg or .pdf")
     _add_payload(ranges)
+
+
+def _add_workspace(commands: _Commands) -> None:
+    space = commands.add_parser(
+        "workspace", help="where the platform can go, its boundary, and what limits it where"
+    )
+    _add_mechanism(space)
+    _add_driven(space, "coordinates to drive", "the platform's by default, else the file's own")
+    for name, dest, what in (
+        ("from", "pose", "NAME=VALUE|a position other than home's: a quantity such as '20 mm'"),
+        ("within", "within", "NAME=LOW..HIGH|what to look at of a coordinate, islands included"),
+        ("proportions", "proportions", "NAME=NUMBER|of the largest box; a cube by default"),
+    ):
+        metavar, does = what.split("|")
+        space.add_argument(
+            f"--{name}", dest=dest, metavar=metavar, action="append", default=[], help=does
+        )
+    space.add_argument(
+        "--over", metavar="NAMES", help="two or three coordinates to move; all by default"
+    )
+    space.add_argument(
+        "--kind",
+        metavar="KIND",
+        default="constant-orientation",
+        help="constant-orientation (as it is by default), orientation (at a point), reachable or "
+        "dexterous (with any, or all, of --orientations)",
+    )
+    space.add_argument(
+        "--orientations",
+        metavar="TEXT",
+        help="e.g. 'platform.roll=-5 deg; platform.roll=5 deg, platform.pitch=3 deg'",
+    )
+    space.add_argument("--points", metavar="N", type=int, help="nodes along each side (201 or 49)")
+    _add_least_conditioning(space)
+    space.add_argument(
+        "-o", "--output", metavar="FILE", type=Path, help="grid: .csv or .nc; surface: .stl"
+    )
+    space.add_argument("--plot", metavar="FILE", type=Path, help="figure: .png, .svg or .pdf")
+
+
+def _add_least_conditioning(command: argparse.ArgumentParser) -> None:
+    text = "how near to a singularity it may come, home being 1"
+    command.add_argument("--least-conditioning", metavar="PART", type=_number, help=text)
 
 
 def _add_solve(commands: _Commands) -> None:

@@ -8,11 +8,12 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from parakin.errors import InputError
+from parakin.errors import InputError, nearest
 
 if TYPE_CHECKING:
     from parakin.model.graph import Graph
     from parakin.model.mechanism import Mechanism
+    from parakin.solving.solver import Solver
 
 
 def parameters(settings: Sequence[str], option: str = "--set") -> dict[str, str]:
@@ -70,6 +71,26 @@ def values_of(graph: Graph, settings: Sequence[str], option: str, order: int) ->
         name: evaluate(text, angles if graph.is_angle(name) else lengths, f"{option} {name}")
         for name, text in parameters(settings, option).items()
     }
+
+
+def names_in(text: str | None, option: str) -> list[str] | None:
+    """Names separated by commas, if any are given. Raises InputError where one is missing."""
+    if text is None:
+        return None
+    names = [name.strip() for name in text.split(",")]
+    if not all(names):
+        raise InputError(option, repr(text), "names separated by commas")
+    return names
+
+
+def of_driven(solver: Solver, settings: Sequence[str], option: str) -> dict[str, float]:
+    """Positions by driven coordinate [SI]. Raises InputError."""
+    values = values_of(solver.graph, settings, option, 0)
+    for name in values:
+        if name not in solver.driven:
+            found = f"{name!r}, which is not driven"
+            raise InputError(option, found, nearest(name, solver.driven))
+    return values
 
 
 def check_outputs(options: argparse.Namespace, paths: Iterable[Path]) -> None:

@@ -57,6 +57,7 @@ def _command(options: argparse.Namespace) -> int:
         "check": _check,
         "modes": _modes,
         "range": _range,
+        "workspace": _workspace,
         "solve": _solve,
         "plot": _solve,  # with other defaults
         "film": _solve,
@@ -87,12 +88,12 @@ def _simulate(options: argparse.Namespace) -> int:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from parakin.cli.inputs import check_outputs, load_mechanism, preloads
+    from parakin.cli.inputs import check_outputs, load_mechanism, names_in, preloads
     from parakin.exports.export import check_export, export
     from parakin.model.evaluation import graph_of
 
     check_outputs(options, check_export(options.output))
-    driven = options.driven.split(",") if options.driven else None
+    driven = names_in(options.driven, "--driven")
     mechanism = load_mechanism(options)
     preload = preloads(graph_of(mechanism), options.preload) if options.preload else None
     written = export(mechanism, options.output, driven, forces=options.forces, preload=preload)
@@ -151,7 +152,7 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _modes(options: argparse.Namespace) -> int:
-    from parakin.cli.inputs import load_mechanism, parameters
+    from parakin.cli.inputs import load_mechanism, names_in, parameters
     from parakin.model.expressions import Parameters
     from parakin.solving.compiler import compile as compile_mechanism
     from parakin.solving.modes import modes
@@ -160,7 +161,7 @@ def _modes(options: argparse.Namespace) -> int:
     if not 1 <= options.starts <= 10**6:
         raise InputError("--starts", str(options.starts), "1 to 1,000,000")
     mechanism = load_mechanism(options)
-    driven = options.driven.split(",") if options.driven else None
+    driven = names_in(options.driven, "--driven")
     solver = compile_mechanism(mechanism, driven, machine_code=False)
     evaluate = Parameters(mechanism.parameters, mechanism.where).evaluate
     values = {
@@ -178,6 +179,12 @@ def _range(options: argparse.Namespace) -> int:
     from parakin.cli.ranging import ranges
 
     return ranges(options)
+
+
+def _workspace(options: argparse.Namespace) -> int:
+    from parakin.cli.workspaces import workspaces
+
+    return workspaces(options)
 
 
 def _draw(options: argparse.Namespace) -> int:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from parakin.cli.inputs import check_outputs, load_mechanism, values_of
+from parakin.cli.inputs import check_outputs, load_mechanism, names_in, of_driven
 from parakin.cli.streams import say, tell
 from parakin.design.choice import driven_for
 from parakin.design.range import range as range_of
-from parakin.errors import InputError, nearest, printable
+from parakin.errors import printable
 from parakin.files import tables
 from parakin.model.expressions import Parameters
 from parakin.model.units import FREQUENCY
@@ -20,8 +19,6 @@ from parakin.views.plots import check_figure, save
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from parakin.solving.solver import Solver
 
 
 def ranges(options: argparse.Namespace) -> int:
@@ -33,15 +30,17 @@ def ranges(options: argparse.Namespace) -> int:
         check_figure(options.plot)
     check_outputs(options, paths)
     mechanism = load_mechanism(options)
-    solver = compile_mechanism(mechanism, _chosen(options.driven) or driven_for(mechanism))
+    solver = compile_mechanism(
+        mechanism, names_in(options.driven, "--driven") or driven_for(mechanism)
+    )
     frequency = None
     if options.frequency is not None:
         evaluate = Parameters(mechanism.parameters, mechanism.where).evaluate
         frequency = evaluate(options.frequency, FREQUENCY, "--frequency")
     found = range_of(
         solver,
-        _of_driven(solver, options.pose, "--from"),
-        offsets=_of_driven(solver, options.offsets, "--with"),
+        of_driven(solver, options.pose, "--from"),
+        offsets=of_driven(solver, options.offsets, "--with"),
         pairs=options.pairs,
         frequency=frequency,
         forces=options.forces or bool(options.payload),
@@ -49,26 +48,6 @@ def ranges(options: argparse.Namespace) -> int:
     )
     _deliver(found, options)
     return 1 if found.attrs["stopped"] else 0
-
-
-def _chosen(names: str | None) -> list[str]:
-    """Names separated by commas. Raises InputError where one is missing."""
-    if names is None:
-        return []
-    chosen = [name.strip() for name in names.split(",")]
-    if not all(chosen):
-        raise InputError("--driven", repr(names), "names separated by commas")
-    return chosen
-
-
-def _of_driven(solver: Solver, settings: Sequence[str], option: str) -> dict[str, float]:
-    """Positions by driven coordinate [SI]. Raises InputError."""
-    values = values_of(solver.graph, settings, option, 0)
-    for name in values:
-        if name not in solver.driven:
-            found = f"{name!r}, which is not driven"
-            raise InputError(option, found, nearest(name, solver.driven))
-    return values
 
 
 def _deliver(found: xr.Dataset, options: argparse.Namespace) -> None:

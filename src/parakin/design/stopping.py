@@ -26,9 +26,14 @@ class Demands(NamedTuple):
 
 def words_of(solver: Solver, met: Met, ray: int) -> str:
     """What stopped a ray: "P6 > 1.26 m", "limb A1, B1 cannot reach", "singular"; "" for nothing."""
-    number, status = int(met.number[ray]), Status(int(met.status[ray]))
+    status = Status(int(met.status[ray]))
+    return reason(solver, int(met.number[ray]), status, upper=bool(met.upper[ray]))
+
+
+def reason(solver: Solver, number: int, status: Status, *, upper: bool) -> str:
+    """The same of a stop by its number, 0 for none, and a status."""
     if number and solver.stops.units[number]:
-        return solver.stops.limit_words(number, upper=bool(met.upper[ray]))
+        return solver.stops.limit_words(number, upper=upper)
     if number:
         return solver.stops.words(number, 0.0)
     return _STATUS_WORDS.get(status, status.words) if status else ""

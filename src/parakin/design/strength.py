@@ -131,16 +131,24 @@ class Firmness:
             return np.full(y.shape[1], np.inf)
         rates = rates_at(chart, out, y, self.actuated) / self._of[:, :, None] * self._by[None]
         rates[:, :, ~np.isfinite(rates).all(axis=(0, 1))] = 0.0
-        sizes = np.linalg.svd(np.moveaxis(rates, 2, 0), compute_uv=False)
-        return np.asarray(sizes[:, -1] / self._home, dtype=float)
+        square = np.moveaxis(rates, 2, 0)
+        sizes = np.linalg.svd(square, compute_uv=False)[:, -1]
+        if square.shape[1] == square.shape[2]:
+            sizes *= np.sign(np.linalg.det(square))
+        return np.asarray(sizes / self._home, dtype=float)
+
+    def of(self, chart: Chart, out: FloatArray, y: FloatArray) -> FloatArray:
+        """At poses y (k, n) with outputs (rows, n), (n,): below 0 beyond a singularity of as many
+        actuators as there are freedoms.
+        """
+        loops = chart.relative_regularity * out[chart.outputs.conditioning]
+        found: FloatArray = np.minimum(loops, self._held(chart, out, y))
+        return found
 
     def below(self, ray: Ray, least: float) -> Measure:
         """How far it is below `least` along a ray, (1, n)."""
 
         def measure(chart: Chart, part: FloatArray, out: FloatArray) -> FloatArray:
-            loops = chart.relative_regularity * out[chart.outputs.conditioning]
-            held = self._held(chart, out, ray.driven(part))
-            below: FloatArray = least - np.minimum(loops, held)[None]
-            return below
+            return least - self.of(chart, out, ray.driven(part))[None]
 
         return measure

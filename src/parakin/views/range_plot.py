@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from parakin.errors import InputError
+from parakin.views.colours import colours_of
 from parakin.views.units import Unit, unit_of
 
 if TYPE_CHECKING:
@@ -16,11 +17,6 @@ if TYPE_CHECKING:
 
     from parakin.arrays import FloatArray
 
-# Okabe and Ito's colours, then paler ones of the same hues.
-_COLOURS = (
-    *("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#999999"),
-    *("#7FB8D8", "#EAAE7F", "#7FCEB9", "#E5BCD3", "#F2CF7F", "#AAD9F4", "#CCCCCC"),
-)
 _FREE = "#F0F0F0"
 _ROOM = 1.9  # times the longest bar: what is written at its ends needs room
 
@@ -59,8 +55,7 @@ def _colours(found: xr.Dataset) -> dict[str, str]:
     words = found["stopped_by"].values.ravel().tolist()
     if "boundary_stopped_by" in found:
         words += found["boundary_stopped_by"].values.ravel().tolist()
-    known = [each for each in dict.fromkeys(words) if each]
-    return {each: _COLOURS[k % len(_COLOURS)] for k, each in enumerate(known)} | {"": _FREE}
+    return colours_of(words) | {"": _FREE}
 
 
 def _draw_bars(

@@ -1,0 +1,109 @@
+"""A workspace as a labelled Dataset."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from parakin.arrays import FloatArray, IndexArray
+from parakin.design.clearance import half_width, radius
+from parakin.design.probing import Probe
+from parakin.design.region import Region
+from parakin.solving.solver import Solver
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class Space(NamedTuple):
+    """What was asked: the coordinates moved, all driven values of the pose (k,), and of these
+    those moved (d,).
+    """
+
+    solver: Solver
+    kind: str
+    moved: tuple[str, ...]
+    pose: FloatArray
+    middle: FloatArray
+
+
+def told(space: Space, probe: Probe, region: Region, proportions: FloatArray) -> xr.Dataset:
+    """All that was found, as described at `parakin.workspace`."""
+    import xarray as xr
+
+    inside, moved = region.inside, space.moved
+    left = np.full((2, inside.size), np.nan)
+    left[:, inside.ravel()] = probe.left(region.grid.points[inside.ravel()])
+    own = region.facets[region.own]
+    known, numbers = np.unique(
+        np.concatenate([[0], region.codes.ravel(), region.stops.ravel()]), return_inverse=True
+    )
+    words, of_word = _words(probe, known)
+    numbers = of_word[numbers][1:]
+    ends = np.array([own.min(axis=(0, 1)), own.max(axis=(0, 1))]).T
+    relative = own - space.middle
+    data: dict[str, Any] = {
+        "inside": (moved, inside),
+        "connected": (moved, region.labels == region.home),
+        "stopped_by": (moved, numbers[: inside.size].reshape(inside.shape)),
+        "conditioning": (moved, left[0].reshape(inside.shape)),
+        "stroke_left": (moved, left[1].reshape(inside.shape)),
+        "boundary": (("facet", "corner", "over"), region.facets),
+        "boundary_stopped_by": (
+            ("facet", "corner"),
+            numbers[inside.size :].reshape(region.stops.shape),
+        ),
+        "boundary_connected": ("facet", region.own),
+        "size": region.size,
+        "size_uncertainty": _unsure(region.size, *region.coarse),
+        "extent": (("over", "end"), ends),
+        "radius": radius(relative),
+        "half_width": ("over", half_width(relative / proportions) * proportions),
+        "islands": ("island", region.islands),
+        "holes": ("hole", region.holes),
+        **_asked(space),
+    }
+    axes = {name: (name, axis) for name, axis in zip(moved, region.grid.axes, strict=True)}
+    return xr.Dataset(data, _coordinates(space) | axes | {"stop": words}, _attrs(space, ""))
+
+
+def _unsure(size: float, half: float, quarter: float) -> float:
+    """How far a size may be off, given those on every second and every fourth node: errors fall
+    with the square of the step, so a quarter of what made a difference before may be left.
+    """
+    return max(abs(size - half), abs(half - quarter) / 4.0)
+
+
+def no_workspace(space: Space, stopped: str) -> xr.Dataset:
+    """Where the pose itself is none to count from: what was asked, and why."""
+    import xarray as xr
+
+    return xr.Dataset(_asked(space), _coordinates(space), _attrs(space, stopped))
+
+
+def _asked(space: Space) -> dict[str, Any]:
+    return {"pose": ("driven", space.pose), "middle": ("over", space.middle)}
+
+
+def _coordinates(space: Space) -> dict[str, Any]:
+    graph, driven = space.solver.graph, space.solver.driven
+    return {
+        "over": list(space.moved),
+        "end": ["low", "high"],
+        "driven": list(driven),
+        "driven_unit": ("driven", ["rad" if graph.is_angle(name) else "m" for name in driven]),
+    }
+
+
+def _attrs(space: Space, stopped: str) -> dict[str, str]:
+    unit = "rad" if space.solver.graph.is_angle(space.moved[0]) else "m"
+    name = space.solver.mechanism.name
+    return {"mechanism": name, "kind": space.kind, "unit": unit, "stopped": stopped}
+
+
+def _words(probe: Probe, codes: IndexArray) -> tuple[list[str], IndexArray]:
+    """What stops something, "" first, and the number among these words of each code."""
+    each = [probe.words(code) for code in codes.tolist()]
+    words = list(dict.fromkeys(["", *each]))
+    return words, np.array([words.index(word) for word in each], dtype=np.intp)

@@ -1,0 +1,35 @@
+"""What limits how much of the boundary of a workspace."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from parakin.arrays import FloatArray
+
+
+def shares(found: xr.Dataset) -> dict[str, float]:
+    """The share of each thing that stops it, of the boundary of what is connected to the pose, the
+    largest first. Each corner of a facet counts for its part of it.
+    """
+    own = found["boundary_connected"].values
+    sizes = _sizes(found["boundary"].values[own])
+    numbers = found["boundary_stopped_by"].values[own]
+    weights = np.repeat(sizes / numbers.shape[1], numbers.shape[1])
+    total = np.bincount(numbers.ravel(), weights, minlength=found.sizes["stop"])
+    words = found["stop"].values
+    share = total / total.sum()
+    order = np.argsort(-np.round(share, 3), kind="stable").tolist()  # those alike as in the file
+    return {str(words[k]): float(share[k]) for k in order if share[k] > 0.0}
+
+
+def _sizes(facets: FloatArray) -> FloatArray:
+    """Lengths of lines (p, 2, 2), or areas of triangles (p, 3, 3)."""
+    sides = facets[:, 1:] - facets[:, :1]
+    square = np.linalg.det(sides @ sides.swapaxes(1, 2))
+    found: FloatArray = np.sqrt(np.maximum(square, 0.0)) / (facets.shape[1] - 1)
+    return found

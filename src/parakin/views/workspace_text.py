@@ -1,0 +1,126 @@
+"""A workspace as lines for a terminal and as a flat table for a file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from parakin.design.probing import EDGE_WORDS
+from parakin.views.units import Unit, unit_of
+from parakin.views.workspace_shares import shares
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+_POWERS = {2: "²", 3: "³"}
+_DIGITS = 9  # after the point; what needs more is written with a power of ten
+
+
+def workspace_report(found: xr.Dataset) -> RenderableType:
+    """What `parakin workspace` prints."""
+    kind = found.attrs["kind"].replace("constant-orientation", "constant orientation")
+    what = f"{found.attrs['mechanism']}, workspace ({kind}) over {', '.join(found['over'].values)}"
+    heading = [Text(what, style="bold"), Text(_pose_words(found))]
+    if found.attrs["stopped"]:
+        return Group(*heading, Text(stopped_words(found), style="bold red"))
+    d, unit = found.sizes["over"], unit_of(found.attrs["unit"] == "rad")
+    round_, flat = ("circle", "rectangle") if d == 2 else ("ball", "box")
+    form = f".{_decimals(found, unit)}f"
+    half = " x ".join(f"±{unit.per_si * value:{form}}" for value in found["half_width"].values)
+    radius = unit.plain(float(found["radius"]), form)
+    known = shares(found)
+    lines: list[RenderableType] = [
+        *heading,
+        Text(f"{_measure(d)} {_with_doubt(found)}"),
+        _extent(found, unit, f"+z{form}"),
+        Text(f"largest {round_} about the pose: radius {radius}"),
+        Text(f"largest {flat} about the pose: {half} {unit.name}"),
+        Text("limited by: " + ", ".join(f"{w} ({_percent(s)})" for w, s in known.items())),
+        Text(
+            _parts("islands, which are not connected to the pose", found["islands"].values, found)
+        ),
+        Text(_parts("holes", found["holes"].values, found)),
+    ]
+    if EDGE_WORDS in known:
+        lines.append(Text("it goes on beyond what was looked at", style="bold yellow"))
+    return Group(*lines)
+
+
+def stopped_words(found: xr.Dataset) -> str:
+    """Why there is nothing to count from; "" if there is."""
+    stopped = found.attrs["stopped"]
+    return f"no workspace from there: {stopped}" if stopped else ""
+
+
+def _decimals(found: xr.Dataset, unit: Unit) -> int:
+    """That tell a tenth of a step of the grid: extents and what fits are no surer."""
+    steps = [np.diff(found[name].values[:2]).item() for name in found["over"].values]
+    return max(0, 1 - int(np.floor(np.log10(unit.per_si * max(steps)))))
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %" if share >= 0.005 else "< 1 %"
+
+
+def _measure(d: int) -> str:
+    return "area" if d == 2 else "volume"
+
+
+def _pose_words(found: xr.Dataset) -> str:
+    """Where it is counted from."""
+    units = [unit_of(unit == "rad") for unit in found["driven_unit"].values]
+    each = zip(found["driven"].values, found["pose"].values, units, strict=True)
+    return "from " + ", ".join(f"{name} = {unit.plain(value, '.3f')}" for name, value, unit in each)
+
+
+def _size_unit(found: xr.Dataset) -> tuple[float, str]:
+    """How many make one in SI, and its name: square or cubic metres or degrees."""
+    d, angle = found.sizes["over"], found.attrs["unit"] == "rad"
+    return (float(np.degrees(1.0)) ** d if angle else 1.0), ("deg" if angle else "m") + _POWERS[d]
+
+
+def _with_doubt(found: xr.Dataset) -> str:
+    """The size with its uncertainty, in as many digits as this has two."""
+    per, unit = _size_unit(found)
+    size, doubt = per * float(found["size"]), per * float(found["size_uncertainty"])
+    digits = max(0, 1 - int(np.floor(np.log10(doubt)))) if doubt > 0.0 else 9
+    if digits > _DIGITS:
+        return f"{size:.6g} ± {doubt:.1g} {unit}"
+    return f"{size:.{digits}f} ± {doubt:.{digits}f} {unit}"
+
+
+def _parts(what: str, sizes: np.ndarray, found: xr.Dataset) -> str:
+    """How many of something there are, and their sizes."""
+    if not len(sizes):
+        return f"{what}: none"
+    per, unit = _size_unit(found)
+    each = [f"{per * size:.4g}" for size in sizes[:6].tolist()]
+    return f"{what}: {len(sizes)}, of {', '.join(each)}{', ...' * (len(sizes) > 6)} {unit}"
+
+
+def _extent(found: xr.Dataset, unit: Unit, form: str) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for k, heading in enumerate(("coordinate", "from", "to")):
+        table.add_column(Text(heading), justify="right" if k else "left", no_wrap=True)
+    for name, ends in zip(found["over"].values, found["extent"].values, strict=True):
+        numbers = [Text(f"{unit.per_si * end:{form}}") for end in ends.tolist()]
+        table.add_row(Text(f"{name} [{unit.name}]"), *numbers)
+    return table
+
+
+def frame(found: xr.Dataset) -> pd.DataFrame:
+    """A flat table, SI: a row for each node of the grid."""
+    import pandas as pd
+
+    names = found["over"].values.tolist()
+    axes = np.meshgrid(*(found[name].values for name in names), indexing="ij")
+    columns = {name: axis.ravel() for name, axis in zip(names, axes, strict=True)}
+    for name in ("inside", "connected", "conditioning", "stroke_left"):
+        columns[name] = found[name].values.ravel()
+    columns["stopped_by"] = found["stop"].values[found["stopped_by"].values.ravel()]
+    return pd.DataFrame(columns)
