@@ -366,6 +366,15 @@ def test_a_cavity_is_found(tmp_path: Path) -> None:
         ({"least_conditioning": np.nan}, "between 0 and 1"),
         ({"proportions": {"platform.x": 1.0}}, "proportions"),
         ({"over": XY, "proportions": dict.fromkeys(XY, 0.0)}, "above zero"),
+        ({"pose": [1, 2]}, "pose: found \\[1, 2\\]; expected values by the names"),
+        ({"over": XY, "within": 5}, "within: found 5; expected values by the names"),
+        ({"over": XY, "within": {"platform.x": 1}}, "within of platform.x: found 1; expected two"),
+        ({"over": XY, "proportions": [1]}, "proportions: found \\[1\\]; expected values by"),
+        (
+            {"over": XY, "kind": "reachable", "orientations": 5},
+            "orientations: found 5; expected a list",
+        ),
+        ({"over": "platform.x"}, "over: found 1 coordinates; expected two or three"),
     ],
 )
 def test_bad_input_is_named(options: dict[str, Any], words: str) -> None:
@@ -377,3 +386,10 @@ def test_a_pose_beyond_a_limit_is_told() -> None:
     found = parakin.workspace(rig(), {"platform.z": 1.3})
     assert found.attrs["stopped"].endswith(" > 1.26 m")
     assert "size" not in found
+
+
+def test_a_solver_of_jerks_has_the_same_workspace() -> None:
+    found = parakin.workspace(rig(), over=XY, least_conditioning=0.5, points=21)
+    jerky = parakin.compile(RIG, derivatives=3)
+    same = parakin.workspace(jerky, over=XY, least_conditioning=0.5, points=21)
+    assert float(same["size"]) == float(found["size"])

@@ -75,11 +75,11 @@ def workspace(
         raise InputError("least_conditioning", repr(least_conditioning), "a number between 0 and 1")
     moved = _moved(solver, over, kind)
     home = np.array([solver.home[name] for name in solver.driven])
-    y = _pose(solver, pose or {}, "pose", home)
+    y = _pose(solver, {} if pose is None else pose, "pose", home)
     poses = _poses(solver, y, kind, orientations)
     numbers = tuple(solver.driven.index(name) for name in moved)
     middle = y[list(numbers)]
-    most = _most(solver, moved, middle, within or {})
+    most = _most(solver, moved, middle, {} if within is None else within)
     count, shape = _count(points, len(moved)), _proportions(moved, proportions)
     every = kind != "reachable"
     probe = Probe(solver, numbers, poses, every, *most, Firmness(solver), least_conditioning)
@@ -119,6 +119,7 @@ def _moved(solver: Solver, over: Sequence[str] | None, kind: str) -> tuple[str, 
     fitting = tuple(n for n in solver.driven if solver.graph.is_angle(n) == angles)
     what = "angles" if angles else "slides"
     platform = tuple(name for name in fitting if name.startswith("platform."))
+    over = (over,) if isinstance(over, str) else over
     moved = (platform or fitting) if over is None else tuple(over)
     for name in moved:
         if name not in solver.driven:
@@ -141,6 +142,7 @@ def _moved(solver: Solver, over: Sequence[str] | None, kind: str) -> tuple[str, 
 
 def _pose(solver: Solver, given: Mapping[str, float], place: str, y: FloatArray) -> FloatArray:
     """Driven values (k,), those of `y` where none are given. Raises InputError."""
+    _check_table(given, place)
     y = y.copy()
     for name, value in given.items():
         if name not in solver.driven:
@@ -150,6 +152,11 @@ def _pose(solver: Solver, given: Mapping[str, float], place: str, y: FloatArray)
             raise InputError(f"{place} of {name}", repr(value), "a finite number")
         y[solver.driven.index(name)] = value
     return y
+
+
+def _check_table(given: object, place: str) -> None:
+    if not isinstance(given, Mapping):
+        raise InputError(place, repr(given), "values by the names of driven coordinates")
 
 
 def _poses(
@@ -162,6 +169,8 @@ def _poses(
         raise InputError("orientations", what, "at least one" if several else "none")
     if not orientations:
         return y[:, None]
+    if not isinstance(orientations, Sequence):
+        raise InputError("orientations", repr(orientations), "a list of angles by name")
     found = []
     for number, each in enumerate(orientations, start=1):
         place = f"orientations, number {number}"
@@ -181,10 +190,11 @@ def _most(
     """The largest box that is looked at. Raises InputError."""
     far = [np.pi if solver.graph.is_angle(n) else _FAR * solver.graph.length for n in moved]
     low, high = middle - far, middle + far
+    _check_table(within, "within")
     for name, ends in within.items():
         if name not in moved:
             raise InputError("within", f"{name!r}, which is not moved", nearest(str(name), moved))
-        if len(ends) != 2 or not all(is_finite(end) for end in ends):
+        if np.shape(ends) != (2,) or not all(is_finite(end) for end in ends):
             raise InputError(f"within of {name}", repr(ends), "two finite numbers")
         i = moved.index(name)
         low[i], high[i] = ends
@@ -210,6 +220,7 @@ def _proportions(moved: tuple[str, ...], given: Mapping[str, float] | None) -> F
     """One positive number for each coordinate moved (d,). Raises InputError."""
     if given is None:
         return np.ones(len(moved))
+    _check_table(given, "proportions")
     for name in (*given, *moved):
         if name not in moved:
             raise InputError("proportions", repr(name), nearest(str(name), moved))
