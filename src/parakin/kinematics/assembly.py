@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -244,6 +245,7 @@ def homes_of(designs: Designs, graph: Graph, home: Configuration) -> list[Config
         for halving in range(_NEARER):
             try:
                 other = designs.graph_at(designs.own + 0.5**halving * (values - designs.own))
+                other = replace(other, length=graph.length)
             except InputError:
                 continue
             start = home.q.copy()

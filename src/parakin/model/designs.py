@@ -79,10 +79,8 @@ class Designs:
         return self.values[:, 0]
 
     def graph_at(self, values: Sequence[float] | FloatArray) -> Graph:
-        """One design in numbers. Raises InputError where it has none."""
-        numbers = dict(zip(self.names, map(float, values), strict=True))
-        graph = graph_of(self.mechanism.with_parameters(numbers))
-        return replace(graph, length=graph_of(self.mechanism).length)
+        """One design in numbers, without what acts on it. Raises InputError where it has none."""
+        return graph_of(self.mechanism, free=dict(zip(self.names, map(float, values), strict=True)))
 
     def opened(self, values: Sequence[Scalar], functions: Functions) -> Opened:
         """The graph for scalar values of the parameters (m,)."""

@@ -24,11 +24,11 @@ _CONED = ("spherical", "universal")  # kinds of joints that have a cone angle
 def graph_of(
     mechanism: Mechanism,
     bare: list[Bare] | None = None,
-    free: Mapping[str, Varied] | None = None,
+    free: Mapping[str, Varied | float] | None = None,
 ) -> Graph:
     """A mechanism in numbers, SI. bare: a list that takes note of numbers without a unit. free:
-    parameters that vary; what depends on them varies too, but for the characteristic length, and
-    what acts on the mechanism is left out.
+    parameters of another design, or that vary; what depends on them does too, but for the
+    characteristic length of what varies, and what acts on the mechanism is left out.
 
     Raises InputError at the first expression that cannot be evaluated.
     """
