@@ -18,7 +18,7 @@ from parakin.errors import InputError
 from parakin.solving.solver import Solver
 
 ROOT = Path(__file__).parents[2]
-CATALOGUE = ROOT / "src" / "parakin" / "catalogue"
+CATALOGUE = Path(parakin.__file__).parent / "catalogue"
 RIG = ROOT / "examples" / "rig.toml"
 XY = ["platform.x", "platform.y"]
 
