@@ -109,6 +109,7 @@ def test_ways_end_where_efforts_at_rest_do(row: int) -> None:
 
 @pytest.mark.parametrize("row", [0, 2])
 def test_a_sine_is_as_large_as_efforts_allow(row: int) -> None:
+    pytest.importorskip("heyoka")  # on arrays it takes a minute
     pulsation = 2 * np.pi * 1.2
     found = parakin.range(rig(unlimited=True), frequency=1.2, forces=True)
     amplitude = float(found["amplitude"].values[row])

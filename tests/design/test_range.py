@@ -211,7 +211,7 @@ def test_from_an_end_there_is_nothing_left_that_way_and_all_the_other() -> None:
 SMALL = st.floats(-1.0, 1.0)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(st.lists(SMALL, min_size=6, max_size=6), st.integers(0, 5))
 def test_ends_from_random_poses_are_those_of_plain_vectors(part: list[float], row: int) -> None:
     pose = home() + np.array(part) * [0.05, 0.05, 0.05, 0.06, 0.06, 0.08]
@@ -223,7 +223,7 @@ def test_ends_from_random_poses_are_those_of_plain_vectors(part: list[float], ro
             assert sign * away == pytest.approx(way_left(pose, sign * np.eye(6)[row]), abs=1e-9)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(st.lists(SMALL, min_size=6, max_size=6))
 def test_just_inside_all_is_kept_and_just_outside_it_is_not(part: list[float]) -> None:
     pose = home() + np.array(part) * [0.05, 0.05, 0.05, 0.06, 0.06, 0.08]

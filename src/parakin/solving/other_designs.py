@@ -116,7 +116,10 @@ class OtherDesigns:
             out, rows, start, status, within, plain=False, limits=self._limits(given)
         )
         low, high = self._ends(given.low), self._ends(given.high)
-        return tick._replace(ends=(low[:, 0], high[:, 0]) if alone else (low, high))
+        if alone:
+            no_design = bool(given.status[0])
+            return tick._replace(ends=(low[:, 0], high[:, 0]), no_design=no_design)
+        return tick._replace(ends=(low, high), no_design=given.status != 0)
 
     def _solved(
         self, columns: FloatArray, start: Start | None, given: Given, *, parallel: bool

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parakin import notebook
-from parakin.arrays import ORDERS, PER_TIME, FloatArray, IndexArray, StatusArray
+from parakin.arrays import ORDERS, PER_TIME, BoolArray, FloatArray, IndexArray, StatusArray
 from parakin.errors import InputError, nearest
 from parakin.solving.forces import Forces
 from parakin.solving.status import Status
@@ -25,7 +25,8 @@ class Tick(NamedTuple):
     limit [SI], NaN where it exceeds none. `turned`: angles that are limited or have springs and are
     not reported, so that a next call that starts from here counts their turns on. `forces`: those
     behind it, if they were asked for. `ends`: lower and upper limits by number of the stop, (s,) or
-    (s, n), of poses of other designs than the file's own.
+    (s, n), of poses of other designs than the file's own; `no_design`: whether one is no design, or
+    not on a way from the file's own, whatever the pose.
 
     Not a Dataset, because building one would take too long in a control loop.
     """
@@ -46,6 +47,7 @@ class Tick(NamedTuple):
     turned: FloatArray
     forces: Forces | None = None
     ends: tuple[FloatArray, FloatArray] | None = None
+    no_design: bool | BoolArray = False
 
     def why(self, pose: int | None = None) -> str:
         """What stopped it, or one pose of a batch: "P6 at 1.262 m, limit 1.260 m", "limb A1, B1
@@ -59,6 +61,8 @@ class Tick(NamedTuple):
         status, number, excess = (
             np.atleast_1d(values)[pose] for values in (self.status, self.stopped_by, self.excess)
         )
+        if np.atleast_1d(self.no_design)[min(pose, np.size(self.no_design) - 1)]:
+            return f"no such design from home: {Status(int(status)).words}"
         stops = self.stops
         if self.ends is not None:
             low, high = (end.reshape(len(end), -1)[:, pose].tolist() for end in self.ends)
