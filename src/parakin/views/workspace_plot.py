@@ -187,7 +187,7 @@ def _draw_room(axes: Axes, found: xr.Dataset, unit: Unit) -> None:
 
 
 def _draw_surface(figure: Figure, found: xr.Dataset, colours: list[str]) -> None:
-    """Seen from above and from below."""
+    """Seen from above, and from below on the other side, so that all of it is."""
     from matplotlib.colors import to_rgb
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
@@ -199,8 +199,9 @@ def _draw_surface(figure: Figure, found: xr.Dataset, colours: list[str]) -> None
     numbers = np.where(numbers[:, 1] == numbers[:, 2], numbers[:, 1], numbers[:, 0])
     flat = np.array([to_rgb(colour) for colour in colours])[numbers]
     low, high = facets.min(axis=(0, 1)), facets.max(axis=(0, 1))
-    for axes, elevation in zip(_pair(figure), (24.0, -24.0), strict=True):
-        shade = _brightness(facets, elevation)[:, None]
+    views = ((24.0, _AZIMUTH), (-24.0, _AZIMUTH + 180.0))
+    for axes, (elevation, azimuth) in zip(_pair(figure), views, strict=True):
+        shade = _brightness(facets, elevation, azimuth)[:, None]
         surface = Poly3DCollection(list(facets), facecolors=shade * flat, linewidths=0.0)
         surface.set_antialiased(False)  # no seams between triangles
         surface.set_rasterized(True)  # tens of thousands of triangles are no vectors to read
@@ -210,20 +211,20 @@ def _draw_surface(figure: Figure, found: xr.Dataset, colours: list[str]) -> None
             getattr(axes, f"set_{axis}label")(label, fontsize=8)
         axes.tick_params(labelsize=7)
         axes.set_box_aspect(high - low, zoom=0.88)
-        axes.view_init(elev=elevation, azim=_AZIMUTH)
-        where = "above" if elevation > 0.0 else "below"
-        axes.text2D(0.5, 0.02, f"from {where}", transform=axes.transAxes, ha="center")
+        axes.view_init(elev=elevation, azim=azimuth)
+        where = "from above" if elevation > 0.0 else "from below, on the other side"
+        axes.text2D(0.5, -0.02, where, transform=axes.transAxes, ha="center")
 
 
 def _pair(figure: Figure) -> Any:
     return figure.subplots(1, 2, subplot_kw={"projection": "3d"})
 
 
-def _brightness(facets: FloatArray, elevation: float) -> FloatArray:
+def _brightness(facets: FloatArray, elevation: float, azimuth: float) -> FloatArray:
     """Of facets (p,), lit from beside where they are seen from."""
     normal = np.cross(facets[:, 1] - facets[:, 0], facets[:, 2] - facets[:, 0])
     size = np.linalg.norm(normal, axis=1)
-    up, around = np.radians(1.5 * elevation), np.radians(_AZIMUTH + 35.0)
+    up, around = np.radians(1.5 * elevation), np.radians(azimuth + 35.0)
     light = [np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)]
     lit = np.divide(normal @ light, size, out=np.zeros(len(size)), where=size > 0.0)
     found: FloatArray = 0.78 + 0.22 * np.clip(lit, -1.0, 1.0)
