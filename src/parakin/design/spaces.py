@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 
 class Space(NamedTuple):
-    """What was asked: the coordinates moved, all driven values of the pose (k,), and of these
-    those moved (d,).
+    """What was asked: the coordinates moved, all driven values of the pose (k,), of these those
+    moved (d,), and the poses (k, m) in whose orientations points are to be reached.
     """
 
     solver: Solver
@@ -26,6 +26,7 @@ class Space(NamedTuple):
     moved: tuple[str, ...]
     pose: FloatArray
     middle: FloatArray
+    poses: FloatArray
 
 
 def told(space: Space, probe: Probe, region: Region, proportions: FloatArray) -> xr.Dataset:
@@ -83,7 +84,11 @@ def no_workspace(space: Space, stopped: str) -> xr.Dataset:
 
 
 def _asked(space: Space) -> dict[str, Any]:
-    return {"pose": ("driven", space.pose), "middle": ("over", space.middle)}
+    return {
+        "pose": ("driven", space.pose),
+        "middle": ("over", space.middle),
+        "poses": (("orientation", "driven"), space.poses.T),
+    }
 
 
 def _coordinates(space: Space) -> dict[str, Any]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _POWERS = {2: "²", 3: "³"}
+_SEVERAL = {"reachable": "in any of:", "dexterous": "in all of:"}
 _DIGITS = 9  # after the point; what needs more is written with a power of ten
 
 
@@ -26,6 +27,8 @@ def workspace_report(found: xr.Dataset) -> RenderableType:
     kind = found.attrs["kind"].replace("constant-orientation", "constant orientation")
     what = f"{found.attrs['mechanism']}, workspace ({kind}) over {', '.join(found['over'].values)}"
     heading = [Text(what, style="bold"), Text(_pose_words(found))]
+    if found.attrs["kind"] in _SEVERAL:
+        heading.append(Text(_orientation_words(found)))
     if found.attrs["stopped"]:
         return Group(*heading, Text(stopped_words(found), style="bold red"))
     d, unit = found.sizes["over"], unit_of(found.attrs["unit"] == "rad")
@@ -76,6 +79,17 @@ def _pose_words(found: xr.Dataset) -> str:
     units = [unit_of(unit == "rad") for unit in found["driven_unit"].values]
     each = zip(found["driven"].values, found["pose"].values, units, strict=True)
     return "from " + ", ".join(f"{name} = {unit.plain(value, '.3f')}" for name, value, unit in each)
+
+
+def _orientation_words(found: xr.Dataset) -> str:
+    """The angles of all orientations."""
+    units = [unit_of(unit == "rad") for unit in found["driven_unit"].values]
+    each = []
+    for angles in found["poses"].values:
+        row = zip(found["driven"].values, angles, units, strict=True)
+        named = [f"{name} = {unit.plain(x, '.3f')}" for name, x, unit in row if unit.name != "mm"]
+        each.append(", ".join(named))
+    return f"{_SEVERAL[found.attrs['kind']]} {'; '.join(each)}"
 
 
 def _size_unit(found: xr.Dataset) -> tuple[float, str]:
