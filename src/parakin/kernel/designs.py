@@ -17,7 +17,7 @@ from parakin.kernel.motion import Moved, solve_motion
 from parakin.kernel.outputs import Outputs
 from parakin.kernel.pose import checks
 from parakin.kinematics import loops
-from parakin.kinematics.closure import canonical_rows
+from parakin.kinematics.closure import all_rows
 from parakin.model.designs import Designs
 from parakin.planning.plan import Plan
 
@@ -126,14 +126,17 @@ class SensitivityRows:
 
 
 def _opening(plan: Plan, moved: Moved, functions: Functions) -> Scalar:
-    """How fast all closure rows together open [m]: not at all, where dimensions are not tied."""
-    circuits = moved.circuits
+    """How fast all closure rows together open [m]: not at all, where dimensions are not tied, as
+    they are not where there are as many rows as unknowns, each of which was found from them.
+    """
+    circuits, rows = moved.circuits, all_rows(plan.graph, plan.tree)
+    if len(rows) <= len(plan.unknowns):
+        return 0.0
     total: Scalar = 0.0
-    for cut in plan.tree.cuts:
-        end = loops.ends(circuits, cut)
-        for row in canonical_rows(plan.graph.joints[cut], cut):
-            value = mul(row.per_length(plan.graph), row.value(circuits, end))
-            total = add(total, mul(rate_of(value), rate_of(value)))
+    for row in rows:
+        value = row.value(circuits, loops.ends(circuits, row.cut))
+        value = mul(row.per_length(plan.graph), value)
+        total = add(total, mul(rate_of(value), rate_of(value)))
     opening: Scalar = functions.sqrt(total)
     return opening
 
