@@ -28,7 +28,7 @@ def driven_for(mechanism: Mechanism) -> tuple[str, ...]:
     y = np.array([[solver.home[name]] for name in own])
     plan = solver.plan
     found = np.array([plan.home[k] - plan.offset(k) for k in plan.iterated]).reshape(-1, 1)
-    out = chart.run(np.concatenate([y, np.zeros((chart.outputs.derivatives * len(own), 1)), found]))
+    out = chart.at_rest(y, found)
     scales = coordinate_scales(graph)
     rates = rates_at(chart, out, y, tuple(platform))[:, :, 0] / scales[platform][:, None]
     if not platform or not np.isfinite(rates).all():

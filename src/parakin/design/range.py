@@ -143,7 +143,7 @@ def _start(solver: Solver, y: FloatArray) -> tuple[_Start | None, str]:
         return None, tick.why()
     chart = solver.atlas.followed
     guess = begun_at(locks_of(solver.plan), solver.layout, tick)
-    out = chart.run(np.concatenate([y, np.zeros(chart.outputs.derivatives * len(y)), guess]))
+    out = chart.at_rest(y, guess)
     node = Node(0.0, chart, out)
     if not converged(out[:, None], chart.layout)[0]:  # solved where this chart is singular
         node = other_chart(solver.atlas, node, y, y) or node

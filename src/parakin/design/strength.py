@@ -119,12 +119,9 @@ class Firmness:
         self._by = scales[list(plan.driven)][:, None]
         self._of = scales[list(self.actuated)][:, None]
         y = np.array([[solver.home[name]] for name in solver.driven])
-        found = np.array([[plan.home[k] - plan.offset(k)] for k in plan.iterated])
-        inputs = np.concatenate(
-            [y, np.zeros((self.chart.outputs.derivatives * len(y), 1)), found.reshape(-1, 1)]
-        )
+        found = np.array([plan.home[k] - plan.offset(k) for k in plan.iterated]).reshape(-1, 1)
         self._home = 1.0
-        self._home = float(self._held(self.chart, self.chart.run(inputs), y)[0])
+        self._home = float(self._held(self.chart, self.chart.at_rest(y, found), y)[0])
 
     def _held(self, chart: Chart, out: FloatArray, y: FloatArray) -> FloatArray:
         if not self.actuated:

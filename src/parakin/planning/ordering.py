@@ -118,10 +118,14 @@ def plan_of(
 
 def _alike(graph: Graph, at: Configuration) -> Configuration:
     """A configuration of another design, with the twins and split joints of a graph."""
-    other = alike(graph, at.circuits.graph)
-    tree = other.plain.posed_tree()
     q = np.concatenate([at.q, np.zeros(len(graph.coordinates) - len(at.q))])
-    return configure(other, Tree(tree.steps, (*tree.cuts, *other.twins.values())), q)
+    return with_twins_read(alike(graph, at.circuits.graph), q)
+
+
+def with_twins_read(graph: Graph, q: FloatArray) -> Configuration:
+    """The configuration at coordinates q (N,) of all joints but twins, which are read off."""
+    tree = graph.plain.posed_tree()
+    return configure(graph, Tree(tree.steps, (*tree.cuts, *graph.twins.values())), q)
 
 
 def _turned(graph: Graph, home: Configuration) -> list[Configuration]:

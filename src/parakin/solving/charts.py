@@ -28,10 +28,10 @@ from parakin.kinematics.configuration import (
     configure,
     coordinate_scales,
 )
-from parakin.model.graph import Graph, Tree
+from parakin.model.graph import Graph
 from parakin.model.joints import GraphJoint
 from parakin.motion.motion import Samples
-from parakin.planning.ordering import plan_of
+from parakin.planning.ordering import plan_of, with_twins_read
 from parakin.planning.plan import Block, Plan
 from parakin.solving.bodies import Figures, Points
 from parakin.solving.forces import Asked, Mechanics, wound
@@ -112,6 +112,13 @@ class Chart:
         out = np.empty((self.outputs.count, self.lanes))
         self.kernel(whole, out, False)
         return out[:, 0]
+
+    def at_rest(self, driven: FloatArray, found: FloatArray) -> FloatArray:
+        """Outputs (rows,) or (rows, n) at driven values (k,) or (k, n) without rates, from the
+        iterated coordinates, alike.
+        """
+        still = np.zeros((self.outputs.derivatives * len(driven), *driven.shape[1:]))
+        return self.run(np.concatenate([driven, still, found]))
 
     @cached_property
     def walker(self) -> Chart:
@@ -251,9 +258,7 @@ class Chart:
         q[:count] = at.q[:count]
         if not graph.twins:
             return q
-        tree = graph.plain.posed_tree()
-        read = Tree(tree.steps, (*tree.cuts, *graph.twins.values()))
-        return configure(graph, read, q).q
+        return with_twins_read(graph, q).q
 
     @cached_property
     def _regularity_at_home(self) -> float:
