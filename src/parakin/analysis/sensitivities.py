@@ -150,8 +150,7 @@ def _of_designs(
     if not solver.free:
         return np.empty((0, n)), np.empty((0, n))
     designs, plan = solver.designs, solver.opened.plan
-    values = designs.values(parameters or {})
-    given = designs.given(values if values.ndim == 2 else values[:, None], n)
+    given = designs.given(designs.values(parameters or {}), n)
     standing = plan.standing(outputs.coordinates)
     changes = designs.homes.changes(given.parameters, given.home, standing)
     told = given.rows(plan, outputs.coordinates)

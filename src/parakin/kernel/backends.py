@@ -69,7 +69,7 @@ def given_count(plan: Plan, outputs: Outputs) -> int:
     """How many inputs tell the design: none if nothing is left open."""
     if plan.designs is None:
         return 0
-    return len(plan.designs.names) + len(plan.standing(outputs.coordinates))
+    return plan.designs.count + len(plan.standing(outputs.coordinates))
 
 
 def _orders(outputs: Outputs) -> int:
@@ -136,7 +136,7 @@ def _traced(
     orders = [inputs[n * k : n * (k + 1)] for k in range(_orders(outputs))]
     rest = inputs[n * _orders(outputs) :]
     if plan.designs is not None:
-        m, standing = len(plan.designs.names), plan.standing(outputs.coordinates)
+        m, standing = plan.designs.count, plan.standing(outputs.coordinates)
         at_home = dict(zip(standing, rest[m:], strict=False))
         plan, rest = plan.opened(rest[:m], at_home, functions), rest[m + len(standing) :]
     guess, loads = rest[: len(plan.iterated)], rest[len(plan.iterated) :]

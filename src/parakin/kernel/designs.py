@@ -27,8 +27,8 @@ class HomeRows:
     """What a kernel takes and returns that finds home in any design.
 
     It takes the parameters left open, their rates, and a guess of what is iterated. It returns
-    positions of `coordinates` and what these change at, then how far other coordinates are from
-    what home gives for them, `also`, and the five figures of `Outputs`.
+    `outputs`: positions of `coordinates`, what these change at, and figures; then how far other
+    coordinates are from what home gives for them, `also`.
     """
 
     plan: Plan
@@ -36,9 +36,13 @@ class HomeRows:
     also: tuple[int, ...]
 
     @property
+    def outputs(self) -> Outputs:
+        return Outputs(self.coordinates, derivatives=1)
+
+    @property
     def parameters(self) -> int:
         assert self.plan.designs is not None
-        return len(self.plan.designs.names)
+        return self.plan.designs.count
 
     @property
     def inputs(self) -> int:
@@ -54,7 +58,7 @@ class HomeRows:
         found = [coordinate(plan, moved, k, 0)[0] for k in self.coordinates]
         off = [sub(coordinate(plan, moved, k, 0)[0], given[k]) for k in self.also]
         figures = checks(plan, moved, lifted)
-        told = [*found, *(rate_of(a) for a in found), *off, *figures]
+        told = [*found, *(rate_of(a) for a in found), *figures, *off]
         return [value_of(a) for a in told]
 
 
@@ -105,18 +109,15 @@ class SensitivityRows:
         lifted = dual_functions(functions)
         found: list[Scalar] = []
         gaps: list[Scalar] = []
+        still = plan
+        if m:
+            still = plan.opened(parameters, dict(zip(standing, at_home, strict=True)), lifted)
         for seed in range(self.seeds):
-            of_home = changes[(seed - k) * len(standing) :][: len(standing)] if seed >= k else ()
-            here = plan
-            if m:
-                home = list(at_home)
-                if of_home:
-                    home = [dual(a, b) for a, b in zip(at_home, of_home, strict=True)]
-                here = plan.opened(
-                    _seeded(parameters, seed - k),
-                    dict(zip(standing, home, strict=True)),
-                    lifted,
-                )
+            here = still
+            if seed >= k:
+                of_home = changes[(seed - k) * len(standing) :]
+                home = {n: dual(a, b) for n, a, b in zip(standing, at_home, of_home, strict=False)}
+                here = plan.opened(_seeded(parameters, seed - k), home, lifted)
             there = [_seeded(orders[0], seed), *orders[1:]]
             moved = solve_motion(here, there, guess, lifted, steps)
             for name in self.outputs.coordinates:

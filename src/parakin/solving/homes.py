@@ -20,6 +20,7 @@ from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
 from parakin.caching import cached_property
 from parakin.kernel.backends import Kernel, compiled
 from parakin.kernel.designs import HomeRows, limits_at
+from parakin.kernel.outputs import Outputs
 from parakin.kinematics.configuration import Configuration, coordinate_scales
 from parakin.kinematics.free_motions import free_motions
 from parakin.model.designs import Designs
@@ -163,7 +164,7 @@ class Homes:
         known = len(inputs) - len(guess)
         for run in range(_RUNS):
             wanted = _CLOSED if run < 2 else RESIDUAL
-            open_ = ~(out[self._residual] <= wanted * out[self._size])
+            open_ = ~(out[self._outputs.residual] <= wanted * out[self._outputs.size])
             open_ &= np.isfinite(out[self._iterated]).all(axis=0)
             if not open_.any():
                 break
@@ -177,7 +178,7 @@ class Homes:
         n = inputs.shape[1]
         whole = np.empty((len(inputs), n + -n % LANES))
         whole[:, :n], whole[:, n:] = inputs, inputs[:, -1:]
-        out = np.empty((self._count, whole.shape[1]))
+        out = np.empty((self._outputs.count + len(self.rows.also), whole.shape[1]))
         self._kernel(whole, out, False)
         return out[:, :n]
 
@@ -187,12 +188,12 @@ class Homes:
         out[rows] = nearest_angle(out[rows], to=before[rows] + h * before[self._moving][rows])
 
     def _verdict(self, out: FloatArray) -> StatusArray:
-        residual, conditioning = out[self._residual], out[self._residual + 1]
+        residual, conditioning = out[self._outputs.residual], out[self._outputs.conditioning]
         status = np.zeros(out.shape[1], dtype=np.int8)
         status[~(conditioning >= SINGULAR)] = Status.SINGULAR
         status[conditioning < -SINGULAR] = Status.BRANCH_CHANGE
-        status[~(residual <= RESIDUAL * out[self._size])] = Status.ITERATION_LIMIT
-        held = np.abs(out[self._off]) <= _HELD * self._units_of(self.rows.also)
+        status[~(residual <= RESIDUAL * out[self._outputs.size])] = Status.ITERATION_LIMIT
+        held = np.abs(out[self._outputs.count :]) <= _HELD * self._units_of(self.rows.also)
         status[np.isnan(residual) | ~held.all(axis=0)] = Status.OUT_OF_REACH
         status[np.isnan(out[self._positions]).any(axis=0)] = Status.OUT_OF_REACH
         return status
@@ -202,7 +203,7 @@ class Homes:
         slow, fast = before[self._moving], after[self._moving]
         off = after[self._positions] - before[self._positions] - 0.5 * h * (slow + fast)
         size = h * np.maximum(np.abs(slow), np.abs(fast))
-        rough = _ROUGH * self._units_of(self.rows.coordinates) / after[self._residual + 1]
+        rough = _ROUGH * self._units_of(self.rows.coordinates) / after[self._outputs.conditioning]
         smooth: BoolArray = (np.abs(off) <= POSITION * size + rough).all(axis=0)
         return smooth
 
@@ -221,28 +222,16 @@ class Homes:
         return np.array(rows, dtype=np.intp)
 
     @cached_property
+    def _outputs(self) -> Outputs:
+        return self.rows.outputs
+
+    @cached_property
     def _positions(self) -> slice:
-        return slice(0, len(self.rows.coordinates))
+        return self._outputs.order(0)
 
     @cached_property
     def _moving(self) -> slice:
-        return slice(len(self.rows.coordinates), 2 * len(self.rows.coordinates))
-
-    @cached_property
-    def _off(self) -> slice:
-        return slice(self._moving.stop, self._residual)
-
-    @cached_property
-    def _residual(self) -> int:
-        return 2 * len(self.rows.coordinates) + len(self.rows.also)
-
-    @cached_property
-    def _size(self) -> int:
-        return self._residual + 3
-
-    @cached_property
-    def _count(self) -> int:
-        return self._residual + 5
+        return self._outputs.order(1)
 
     @cached_property
     def _iterated(self) -> IndexArray:

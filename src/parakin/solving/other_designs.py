@@ -102,7 +102,7 @@ class OtherDesigns:
                 raise InputError("parameters", found, "one design, or one for each pose")
             n = values.shape[1]
             columns = columns.repeat(n, axis=1)
-        given = self.given(values if values.ndim == 2 else values[:, None], n)
+        given = self.given(values, n)
         shape = () if alone else (n,)
         start = None if guess is None else self.guesses.start_of(guess, shape)
         out, status, rows = self._solved(columns, start, given, parallel=parallel)
@@ -200,7 +200,8 @@ class OtherDesigns:
         return np.array([np.broadcast_to(value, shape) for value in followed], dtype=float)
 
     def given(self, values: FloatArray, n: int) -> Given:
-        """Everything about designs (m, 1) or (m, n), for n poses."""
+        """Everything about designs (m,), (m, 1) or (m, n), for n poses."""
+        values = values if values.ndim == 2 else values[:, None]
         if not n:
             return self._kept(self.designs.own[:, None]).spread(np.zeros(0, dtype=np.intp))
         if values.shape[1] == 1:
