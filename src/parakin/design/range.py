@@ -11,13 +11,14 @@ from numpy.typing import ArrayLike
 
 from parakin.arrays import FloatArray
 from parakin.design.answer import Alone, Pair, answer, blocked
+from parakin.design.asked import check_conditioning, positions
 from parakin.design.envelopes import envelopes
 from parakin.design.march import Node
 from parakin.design.rays import Ray, follow, other_chart, reported
 from parakin.design.stopping import Demands, cut_short, words_of
 from parakin.design.strength import Efforts, Firmness
 from parakin.design.swing import amplitudes
-from parakin.errors import InputError, nearest
+from parakin.errors import InputError
 from parakin.solving.forces import is_finite
 from parakin.solving.inputs import refuse_lean
 from parakin.solving.locks import begun_at, locks_of
@@ -79,15 +80,9 @@ def range(
     """
     refuse_lean(solver.reported)
     _check_numbers(rays, frequency, least_conditioning)
-    y = _values(
-        solver,
-        {} if pose is None else pose,
-        "pose",
-        {name: solver.home[name] for name in solver.driven},
-    )
-    away = _values(
-        solver, {} if offsets is None else offsets, "offsets", dict.fromkeys(solver.driven, 0.0)
-    )
+    home = np.array([solver.home[name] for name in solver.driven])
+    y = positions(solver, pose, "pose", home)
+    away = positions(solver, offsets, "offsets", np.zeros(len(home)))
     demands = Demands(
         Efforts(solver, loads) if forces else None,
         None if least_conditioning is None else Firmness(solver),
@@ -117,23 +112,7 @@ def _check_numbers(rays: int, frequency: float | None, least: float | None) -> N
         raise InputError("rays", repr(rays), f"a whole number from {_RAYS[0]} to {_RAYS[1]}")
     if frequency is not None and not (is_finite(frequency) and frequency > 0.0):
         raise InputError("frequency", repr(frequency), "a number of hertz above zero")
-    if least is not None and not (is_finite(least) and 0.0 < least < 1.0):
-        raise InputError("least_conditioning", repr(least), "a number between 0 and 1")
-
-
-def _values(
-    solver: Solver, given: Mapping[str, float], place: str, otherwise: Mapping[str, float]
-) -> FloatArray:
-    """One value for each driven coordinate (k,). Raises InputError."""
-    if not isinstance(given, Mapping):
-        raise InputError(place, repr(given), "values by the names of driven coordinates")
-    for name, value in given.items():
-        if name not in solver.driven:
-            expected = nearest(str(name), solver.driven)
-            raise InputError(place, f"{name!r}, which is not driven", expected)
-        if not is_finite(value):
-            raise InputError(f"{place} of {name}", repr(value), "a finite number")
-    return np.array([given.get(name, otherwise[name]) for name in solver.driven], dtype=float)
+    check_conditioning(least)
 
 
 def _start(solver: Solver, y: FloatArray) -> tuple[_Start | None, str]:

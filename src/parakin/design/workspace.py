@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from parakin.arrays import BoolArray, FloatArray
+from parakin.design.asked import check_conditioning, check_table, positions
 from parakin.design.grids import Box, around, box_around, grid_over, widened
 from parakin.design.probing import Probe
 from parakin.design.region import Region, region_of
@@ -70,13 +71,10 @@ def workspace(
     Raises InputError on unknown names, values that are not finite, and a lean solver.
     """
     refuse_lean(solver.reported)
-    if least_conditioning is not None and not (
-        is_finite(least_conditioning) and 0.0 < least_conditioning < 1.0
-    ):
-        raise InputError("least_conditioning", repr(least_conditioning), "a number between 0 and 1")
+    check_conditioning(least_conditioning)
     moved = _moved(solver, over, kind)
     home = np.array([solver.home[name] for name in solver.driven])
-    y = _pose(solver, {} if pose is None else pose, "pose", home)
+    y = positions(solver, pose, "pose", home)
     poses = _poses(solver, y, kind, orientations)
     numbers = tuple(solver.driven.index(name) for name in moved)
     middle = y[list(numbers)]
@@ -141,25 +139,6 @@ def _moved(solver: Solver, over: Sequence[str] | None, kind: str) -> tuple[str, 
     return moved
 
 
-def _pose(solver: Solver, given: Mapping[str, float], place: str, y: FloatArray) -> FloatArray:
-    """Driven values (k,), those of `y` where none are given. Raises InputError."""
-    _check_table(given, place)
-    y = y.copy()
-    for name, value in given.items():
-        if name not in solver.driven:
-            expected = nearest(str(name), solver.driven)
-            raise InputError(place, f"{name!r}, which is not driven", expected)
-        if not is_finite(value):
-            raise InputError(f"{place} of {name}", repr(value), "a finite number")
-        y[solver.driven.index(name)] = value
-    return y
-
-
-def _check_table(given: object, place: str) -> None:
-    if not isinstance(given, Mapping):
-        raise InputError(place, repr(given), "values by the names of driven coordinates")
-
-
 def _poses(
     solver: Solver, y: FloatArray, kind: str, orientations: Sequence[Mapping[str, float]] | None
 ) -> FloatArray:
@@ -178,7 +157,7 @@ def _poses(
         for name in each:
             if name in solver.driven and not solver.graph.is_angle(name):
                 raise InputError(place, f"{name!r}, a slide", "angles alone")
-        found.append(_pose(solver, each, place, y))
+        found.append(positions(solver, each, place, y))
     return np.array(found).T
 
 
@@ -191,7 +170,7 @@ def _most(
     """The largest box that is looked at. Raises InputError."""
     far = [np.pi if solver.graph.is_angle(n) else _FAR * solver.graph.length for n in moved]
     low, high = middle - far, middle + far
-    _check_table(within, "within")
+    check_table(within, "within")
     for name, ends in within.items():
         if name not in moved:
             raise InputError("within", f"{name!r}, which is not moved", nearest(str(name), moved))
@@ -221,7 +200,7 @@ def _proportions(moved: tuple[str, ...], given: Mapping[str, float] | None) -> F
     """One positive number for each coordinate moved (d,). Raises InputError."""
     if given is None:
         return np.ones(len(moved))
-    _check_table(given, "proportions")
+    check_table(given, "proportions")
     for name in (*given, *moved):
         if name not in moved:
             raise InputError("proportions", repr(name), nearest(str(name), moved))

@@ -1,0 +1,40 @@
+"""What is asked: tables by driven coordinate, and how near to a singularity it may come."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from parakin.arrays import FloatArray
+from parakin.errors import InputError, nearest
+from parakin.solving.forces import is_finite
+from parakin.solving.solver import Solver
+
+
+def check_table(given: object, place: str) -> None:
+    """Raises InputError on what is no table."""
+    if not isinstance(given, Mapping):
+        raise InputError(place, repr(given), "values by the names of driven coordinates")
+
+
+def positions(
+    solver: Solver, given: Mapping[str, float] | None, place: str, otherwise: FloatArray
+) -> FloatArray:
+    """Driven values (k,), those of `otherwise` where none are given. Raises InputError."""
+    found = otherwise.copy()
+    if given is None:
+        return found
+    check_table(given, place)
+    for name, value in given.items():
+        if name not in solver.driven:
+            expected = nearest(str(name), solver.driven)
+            raise InputError(place, f"{name!r}, which is not driven", expected)
+        if not is_finite(value):
+            raise InputError(f"{place} of {name}", repr(value), "a finite number")
+        found[solver.driven.index(name)] = value
+    return found
+
+
+def check_conditioning(least: float | None) -> None:
+    """Raises InputError on a least conditioning that is none."""
+    if least is not None and not (is_finite(least) and 0.0 < least < 1.0):
+        raise InputError("least_conditioning", repr(least), "a number between 0 and 1")
