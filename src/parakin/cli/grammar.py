@@ -99,13 +99,7 @@ def _add_modes(commands: _Commands) -> None:
     )
     _add_mechanism(modes)
     _add_driven(modes, "driven coordinates")
-    modes.add_argument(
-        "--at",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="a driven value other than home's: a quantity such as '20 mm'",
-    )
+    _add_settings(modes, "--at", "a driven value other than home's: a quantity such as '20 mm'")
     modes.add_argument("--starts", metavar="N", type=int, default=8192, help="random starts (8192)")
 
 
@@ -115,13 +109,10 @@ def _add_range(commands: _Commands) -> None:
     )
     _add_mechanism(ranges)
     _add_driven(ranges, "coordinates to move", "the platform's by default, else the file's own")
-    for name, dest, what in (
-        ("from", "pose", "a position to count from other than home's: a quantity such as '20 mm'"),
-        ("with", "offsets", "what a coordinate is moved by first, e.g. platform.pitch='10 deg'"),
-    ):
-        ranges.add_argument(
-            f"--{name}", dest=dest, metavar="NAME=VALUE", action="append", default=[], help=what
-        )
+    pose = "a position to count from other than home's: a quantity such as '20 mm'"
+    _add_settings(ranges, "--from", pose, dest="pose")
+    offsets = "what a coordinate is moved by first, e.g. platform.pitch='10 deg'"
+    _add_settings(ranges, "--with", offsets, dest="offsets")
     ranges.add_argument("--pairs", action="store_true", help="coordinates in pairs too")
     ranges.add_argument("--frequency", metavar="HZ", help="the largest sines too, e.g. at '0.5 Hz'")
     ranges.add_argument(
@@ -139,15 +130,12 @@ def _add_workspace(commands: _Commands) -> None:
     )
     _add_mechanism(space)
     _add_driven(space, "coordinates to drive", "the platform's by default, else the file's own")
-    for name, dest, what in (
-        ("from", "pose", "NAME=VALUE|a position other than home's: a quantity such as '20 mm'"),
-        ("within", "within", "NAME=LOW..HIGH|what to look at of a coordinate, islands included"),
-        ("proportions", "proportions", "NAME=NUMBER|of the largest box; a cube by default"),
-    ):
-        metavar, does = what.split("|")
-        space.add_argument(
-            f"--{name}", dest=dest, metavar=metavar, action="append", default=[], help=does
-        )
+    pose = "a position other than home's: a quantity such as '20 mm'"
+    _add_settings(space, "--from", pose, dest="pose")
+    within = "what to look at of a coordinate, islands included"
+    _add_settings(space, "--within", within, metavar="NAME=LOW..HIGH")
+    proportions = "of the largest box; a cube by default"
+    _add_settings(space, "--proportions", proportions, metavar="NAME=NUMBER")
     space.add_argument(
         "--over", metavar="NAMES", help="two or three coordinates to move; all by default"
     )
@@ -169,6 +157,18 @@ def _add_workspace(commands: _Commands) -> None:
         "-o", "--output", metavar="FILE", type=Path, help="grid: .csv or .nc; surface: .stl"
     )
     space.add_argument("--plot", metavar="FILE", type=Path, help="figure: .png, .svg or .pdf")
+
+
+def _add_settings(
+    command: argparse.ArgumentParser,
+    flag: str,
+    does: str,
+    *,
+    dest: str | None = None,
+    metavar: str = "NAME=VALUE",
+) -> None:
+    """An option that may be given several times, by name."""
+    command.add_argument(flag, dest=dest, metavar=metavar, action="append", default=[], help=does)
 
 
 def _add_least_conditioning(command: argparse.ArgumentParser) -> None:
