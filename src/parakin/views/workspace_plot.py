@@ -9,7 +9,7 @@ import numpy as np
 from parakin.errors import InputError
 from parakin.views.colours import colours_of
 from parakin.views.units import Unit, unit_of
-from parakin.views.workspace_shares import shares
+from parakin.views.workspace_shares import decided, shares
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -194,9 +194,7 @@ def _draw_surface(figure: Figure, found: xr.Dataset, colours: list[str]) -> None
     unit, labels = _labels(found)
     own = found["boundary_connected"].values
     facets = unit.per_si * found["boundary"].values[own]
-    numbers = found["boundary_stopped_by"].values[own]
-    # Of three corners two that agree decide, else the first.
-    numbers = np.where(numbers[:, 1] == numbers[:, 2], numbers[:, 1], numbers[:, 0])
+    numbers = decided(found["boundary_stopped_by"].values[own])
     flat = np.array([to_rgb(colour) for colour in colours])[numbers]
     low, high = facets.min(axis=(0, 1)), facets.max(axis=(0, 1))
     views = ((24.0, _AZIMUTH), (-24.0, _AZIMUTH + 180.0))

@@ -9,7 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray as xr
 
-    from parakin.arrays import FloatArray
+    from parakin.arrays import FloatArray, IndexArray
 
 
 def shares(found: xr.Dataset) -> dict[str, float]:
@@ -25,6 +25,16 @@ def shares(found: xr.Dataset) -> dict[str, float]:
     share = total / total.sum()
     order = np.argsort(-np.round(share, 3), kind="stable").tolist()  # those alike as in the file
     return {str(words[k]): float(share[k]) for k in order if share[k] > 0.0}
+
+
+def decided(numbers: IndexArray) -> IndexArray:
+    """What is told to limit each facet (p,), by what limits its corners (p, d): of a triangle's
+    what two of them agree on, else the first.
+    """
+    if numbers.shape[1] == 2:
+        return numbers[:, 0]
+    found: IndexArray = np.where(numbers[:, 1] == numbers[:, 2], numbers[:, 1], numbers[:, 0])
+    return found
 
 
 def _sizes(facets: FloatArray) -> FloatArray:

@@ -39,7 +39,7 @@ def workspace_report(found: xr.Dataset) -> RenderableType:
     known = shares(found)
     lines: list[RenderableType] = [
         *heading,
-        Text(f"{_measure(d)} {_with_doubt(found)}"),
+        Text(size_words(found)),
         _extent(found, unit, f"+z{form}"),
         Text(f"largest {round_} about the pose: radius {radius}"),
         Text(f"largest {flat} about the pose: {half} {unit.name}"),
@@ -58,6 +58,11 @@ def stopped_words(found: xr.Dataset) -> str:
     """Why there is nothing to count from; "" if there is."""
     stopped = found.attrs["stopped"]
     return f"no workspace from there: {stopped}" if stopped else ""
+
+
+def size_words(found: xr.Dataset) -> str:
+    """Its area or volume: "volume 0.0795 ± 0.0003 m³"."""
+    return f"{_measure(found.sizes['over'])} {_with_doubt(found)}"
 
 
 def _decimals(found: xr.Dataset, unit: Unit) -> int:

@@ -12,6 +12,7 @@ from parakin.errors import ParakinError
 from parakin.solving.forces import Forces
 from parakin.solving.modes import modes
 from parakin.views.browser.content import LoadedMechanism
+from parakin.views.browser.controls import nearest_step, tell
 from parakin.views.browser.drive import Drive, Stop, choices, driven_by
 from parakin.views.browser.messages import (
     HOME,
@@ -21,6 +22,7 @@ from parakin.views.browser.messages import (
     escaped,
     range_message,
 )
+from parakin.views.browser.workspace_controls import WorkspaceControls
 from parakin.views.units import Unit, unit_of
 
 _BELOW = 1e9  # the order of what stands below the sliders, which come and go
@@ -42,6 +44,9 @@ class Page(Protocol):
 
     def on(self, event: Callable[[Any], Any], act: Callable[[], None]) -> None:
         """Call `act` when the user operates a control; event: such as the control's `on_update`."""
+
+    def locked(self, act: Callable[[], None]) -> None:
+        """Call `act` when nothing else is done to the page, unless it has been closed."""
 
     def pause(self) -> Mapping[str, float] | None:
         """Pause the motion. Returns all coordinates of the pose shown, if a motion is loaded."""
@@ -82,6 +87,7 @@ class DriveTab:
             self._here_button = gui.add_button("Drive from here")
             self._home_button = gui.add_button("Home")
             self._handle_box = gui.add_checkbox("Handle in the scene", initial_value=True)
+        self._space = WorkspaceControls(page, tab, _BELOW + 1.0, self._driving_outputs)
         page.on(self._kinematics_list.on_update, self._switch)
         page.on(self._branch_list.on_update, self._choose_branch)
         page.on(self._search_button.on_click, self._search_branches)
@@ -109,6 +115,7 @@ class DriveTab:
             *(self._here_button, self._home_button, self._handle_box),
         ):
             control.visible = bool(self._choices)
+        self._space.offer(self._choices.get("inverse", ()))
         self._fit_sliders(self._chosen() if self._choices else None)
 
     def _chosen(self) -> Drive:
@@ -169,6 +176,16 @@ class DriveTab:
             raise
         self._forget_branches()
         self._start(values)
+
+    def _driving_outputs(self) -> Drive:
+        """The drive of the platform, or other output, at the pose shown."""
+        if self._kinematics != "inverse":
+            self._kinematics_list.value = "inverse"
+            self._switch()
+        elif self.drive is None:
+            self._start(self._values())
+        assert self.drive is not None
+        return self.drive
 
     # Branches
 
@@ -283,7 +300,7 @@ class DriveTab:
         if self.drive is not None:
             self.drive = None
             for control in (self._left, self._efforts):
-                _tell(control, "")
+                tell(control, "")
             self._branch_name = self._branch_list.value = HOME
             self._drop_handle()
 
@@ -292,7 +309,7 @@ class DriveTab:
         for name, value in zip(drive.solver.driven, drive.y.tolist(), strict=True):
             if name != except_for:
                 slider = self._sliders[name]
-                slider.value = _nearest_step(slider, self._unit(name).per_si * value)
+                slider.value = nearest_step(slider, self._unit(name).per_si * value)
 
     def _slider_moved(self, name: str) -> None:
         if self.drive is None:
@@ -329,8 +346,8 @@ class DriveTab:
         forces = drive.forces(self._page.loads, reactions=self._page.reactions)
         with self._page.client.atomic():
             self._page.show_pose(drive.solver.poses(drive.y, drive.tick), state, forces)
-            _tell(self._left, range_message(drive.left()))
-            _tell(self._efforts, efforts_message(forces))
+            tell(self._left, range_message(drive.left()))
+            tell(self._efforts, efforts_message(forces))
             self._place_handle()
         self._page.client.flush()  # at once: the user is waiting for it
 
@@ -377,18 +394,3 @@ class DriveTab:
             self._handle.remove()
             self._handle = None
         self._dragging = False
-
-
-def _tell(control: Any, text: str) -> None:
-    """Show a text, or nothing of an empty one."""
-    if text or control.visible:
-        control.content = text
-        control.visible = bool(text)
-
-
-def _nearest_step(slider: Any, value: float) -> float:
-    """The step of a slider nearest to a value."""
-    low, high, step = float(slider.min), float(slider.max), float(slider.step)
-    digits = max(0, -math.floor(math.log10(step)))
-    at = round(low + step * round((value - low) / step), digits)
-    return min(max(at, low), high)

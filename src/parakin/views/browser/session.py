@@ -48,9 +48,8 @@ class Session:
     def __post_init__(self) -> None:
         self._lock = threading.RLock()
         self._wake = threading.Condition(self._lock)
-        self._closed = False
+        self._closed, self._last_update = False, 0.0  # the latter of text, slider and plots
         self._error_text = self._state_text = ""
-        self._last_update = 0.0  # of text, slider and plots
         with self._lock:
             self._add_controls()
             self._show(self.loaded)
@@ -103,11 +102,12 @@ class Session:
 
         def handle(made: Any) -> None:
             if made.client is not None:
-                self._locked(act)
+                self.locked(act)
 
         event(handle)
 
-    def _locked(self, act: Callable[[], None]) -> None:
+    def locked(self, act: Callable[[], None]) -> None:
+        """Call `act` when nothing else is done to the page, unless it has been closed."""
         with self._lock:
             if not self._closed:
                 self._guarded(act)
