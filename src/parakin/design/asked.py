@@ -1,4 +1,4 @@
-"""What is asked: tables by driven coordinate, and how near to a singularity it may come."""
+"""What is asked: of which design, tables by driven coordinate, how near to a singularity."""
 
 from __future__ import annotations
 
@@ -6,8 +6,14 @@ from collections.abc import Mapping
 
 from parakin.arrays import FloatArray
 from parakin.errors import InputError, nearest
+from parakin.model.expressions import Value
 from parakin.solving.forces import is_finite
 from parakin.solving.solver import Solver
+
+
+def of_design(solver: Solver, parameters: Mapping[str, Value] | None) -> Solver:
+    """The solver, or that of another design. Raises InputError, AssemblyError, DrivenError."""
+    return solver if parameters is None else solver.with_design(parameters)
 
 
 def check_table(given: object, place: str) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from parakin.arrays import FloatArray
 from parakin.design.answer import Alone, Pair, answer, blocked
-from parakin.design.asked import check_conditioning, positions
+from parakin.design.asked import check_conditioning, of_design, positions
 from parakin.design.envelopes import envelopes
 from parakin.design.march import Node
 from parakin.design.rays import Ray, follow, other_chart, reported
@@ -19,6 +19,7 @@ from parakin.design.stopping import Demands, cut_short, words_of
 from parakin.design.strength import Efforts, Firmness
 from parakin.design.swing import amplitudes
 from parakin.errors import InputError
+from parakin.model.expressions import Value
 from parakin.solving.forces import is_finite
 from parakin.solving.inputs import refuse_lean
 from parakin.solving.locks import begun_at, locks_of
@@ -53,6 +54,7 @@ def range(
     forces: bool = False,
     loads: Mapping[str, ArrayLike] | None = None,
     least_conditioning: float | None = None,
+    parameters: Mapping[str, Value] | None = None,
 ) -> xr.Dataset:
     """How far each driven coordinate goes alone from a pose, down and up, and what stops it there;
     how fast it may go at the pose, and how hard.
@@ -62,7 +64,9 @@ def range(
     boundary around the pose for every pair of driven coordinates too, along so many `rays`.
     frequency [Hz]: the largest sine of each coordinate alone too. forces: limits of efforts end the
     ways too: at rest, and of sines in motion; loads: as of `Solver.solve`. least_conditioning: how
-    near to a singularity the ways may come, 1 being as firm as home.
+    near to a singularity the ways may come, 1 being as firm as home. parameters: of another design,
+    for which `solver.with_design` compiles; without them it is the file's own, whatever was left
+    `free`.
 
     Every declared limit of positions and cone angles counts, reported or not, loops that cannot be
     closed, and singularities. The way is followed from the pose; what lies beyond a gap does not
@@ -78,6 +82,7 @@ def range(
     or what is wrong with the pose; all else is NaN then.
     Raises InputError on unknown names, values that are not finite, and a lean solver.
     """
+    solver = of_design(solver, parameters)
     refuse_lean(solver.reported)
     _check_numbers(rays, frequency, least_conditioning)
     home = np.array([solver.home[name] for name in solver.driven])

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from parakin.arrays import BoolArray, FloatArray
-from parakin.design.asked import check_conditioning, check_table, positions
+from parakin.design.asked import check_conditioning, check_table, of_design, positions
 from parakin.design.grids import Box, around, box_around, grid_over, widened
 from parakin.design.probing import Probe
 from parakin.design.region import Region, region_of
 from parakin.design.spaces import Space, no_workspace, told
 from parakin.design.strength import Firmness
 from parakin.errors import InputError, nearest
+from parakin.model.expressions import Value
 from parakin.solving.forces import is_finite
 from parakin.solving.inputs import refuse_lean
 from parakin.solving.solver import Solver
@@ -41,6 +42,7 @@ def workspace(
     points: int | None = None,
     least_conditioning: float | None = None,
     proportions: Mapping[str, float] | None = None,
+    parameters: Mapping[str, Value] | None = None,
 ) -> xr.Dataset:
     """Where two or three of the driven coordinates can go from a pose, the others held as there.
 
@@ -51,7 +53,8 @@ def workspace(
     within: what to look at of coordinates, low and high, by default a box around what is connected
     to the pose. points: nodes of the grid along each side. least_conditioning: how near to a
     singularity it may come, 1 being as firm as home. proportions: of the box that is to fit, by
-    coordinate; a cube by default.
+    coordinate; a cube by default. parameters: of another design, as of `parakin.range`; without
+    them it is the file's own, whatever was left `free`.
 
     A point belongs to the workspace if loops close there on home's branch within every declared
     limit of positions and cone angles, and with the conditioning asked for. It is reached if it is
@@ -70,6 +73,7 @@ def workspace(
     pose, all else then being left out.
     Raises InputError on unknown names, values that are not finite, and a lean solver.
     """
+    solver = of_design(solver, parameters)
     refuse_lean(solver.reported)
     check_conditioning(least_conditioning)
     moved = _moved(solver, over, kind)

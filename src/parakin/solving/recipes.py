@@ -6,7 +6,7 @@ import os
 import pickle
 import threading
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -18,16 +18,17 @@ from parakin.arrays import FloatArray
 from parakin.errors import InputError, nearest
 from parakin.kernel.backends import has_machine_code
 from parakin.kernel.outputs import Outputs
-from parakin.kinematics.assembly import home_tree, homes_of
+from parakin.kinematics.assembly import assembled, home_tree, homes_of
 from parakin.kinematics.configuration import Configuration, configure
 from parakin.model.designs import Designs
 from parakin.model.evaluation import graph_of
+from parakin.model.expressions import Value
 from parakin.model.graph import Graph, Tree
 from parakin.model.mechanism import Mechanism
 from parakin.planning.ordering import plan_of
 from parakin.planning.plan import Plan
 from parakin.solving.charts import also_known
-from parakin.solving.forces import wound
+from parakin.solving.forces import is_finite, wound
 from parakin.solving.homes import Homes
 from parakin.solving.solver import Solver
 
@@ -115,6 +116,7 @@ def _made(graph: Graph, recipe: Recipe, sent: bytes) -> Solver:
         machine_code=code,
         again=(arrived, (sent,)),
         elsewhere=partial(driven_by, recipe),
+        other=partial(designed, recipe),
         homes=homes,
     )
     _kept.alive[sent] = solver
@@ -139,6 +141,27 @@ def driven_by(recipe: Recipe, driven: tuple[str, ...], q: FloatArray) -> Solver:
     """A solver that others drive, at home at coordinates q (N,), closed. Raises DrivenError."""
     other = recipe._replace(driven=driven, home=tuple(q.tolist()), free=())
     return arrived(pickle.dumps(other, protocol=5))
+
+
+def designed(recipe: Recipe, parameters: Mapping[str, Value]) -> Solver:
+    """The solver of another design, assembled anew from the file's guess, with nothing left open.
+    Raises InputError, AssemblyError, DrivenError.
+    """
+    if not isinstance(parameters, Mapping):
+        raise InputError("parameters", repr(parameters), "values by the names of parameters")
+    if recipe.home is not None:  # it would not be known which of the other's modes is meant
+        found = "another design, of an assembly mode other than home's"
+        raise InputError("parameters", found, "a solver compiled without near")
+    given: dict[str, Value] = {}
+    for name, value in parameters.items():
+        if isinstance(value, bool) or not (isinstance(value, str) or is_finite(value)):
+            found = "an array" if np.ndim(value) else repr(value)
+            raise InputError(f"parameters.{name}", found, "a finite number, or text with a unit")
+        given[str(name)] = value if isinstance(value, str) else float(value)
+    mechanism = recipe.mechanism.with_parameters(given)
+    own = assembled(graph_of(mechanism))
+    q = tuple(own.q.tolist())
+    return arrived(pickle.dumps(recipe._replace(mechanism=mechanism, own=q, free=()), protocol=5))
 
 
 def branch_tree(graph: Graph, driven: Sequence[int]) -> Tree:

@@ -67,9 +67,10 @@ class Solver:
         machine_code: bool,
         again: tuple[Callable[[bytes], Solver], tuple[bytes]],
         elsewhere: Callable[[tuple[str, ...], FloatArray], Solver],
+        other: Callable[[Mapping[str, Value]], Solver],
         homes: Homes | None = None,
     ) -> None:
-        self._again, self._elsewhere = again, elsewhere
+        self._again, self._elsewhere, self._other = again, elsewhere, other
         self.graph = graph = plan.graph.plain
         self.plan = plan
         self.mechanism = graph.mechanism
@@ -182,6 +183,12 @@ class Solver:
         if self._designs is None:
             raise InputError("parameters", "a solver of one design", "one compiled with free=[...]")
         return self._designs
+
+    def with_design(self, parameters: Mapping[str, Value]) -> Solver:
+        """The solver of another design: a compilation with these parameters, open or not, as if
+        the file said so. The last few are kept. Raises InputError, AssemblyError, DrivenError.
+        """
+        return self._other(parameters) if parameters else self
 
     @property
     def no_forces(self) -> str:
