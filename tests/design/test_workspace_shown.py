@@ -35,6 +35,16 @@ def test_the_rig_is_answered_in_one_command(capsys: pytest.CaptureFixture[str]) 
     assert "area 0.347068 ± 0.000012 m²" in said
     assert "platform.x [mm]  -375.5  +329.6" in said
     assert "islands, which are not connected to the pose: none" in said
+    assert "largest square about the pose: ±" in said
+
+
+def test_a_box_is_called_what_it_is(capsys: pytest.CaptureFixture[str]) -> None:
+    other = ["--proportions", "platform.x=2", "--proportions", "platform.y=1"]
+    over = ["--over", "platform.x,platform.y", "--points", "21"]
+    assert main(["workspace", RIG, *over, *other]) == 0
+    assert "largest rectangle about the pose: ±" in capsys.readouterr().out
+    assert main(["workspace", RIG, "--points", "9"]) == 0
+    assert "largest cube about the pose: ±" in capsys.readouterr().out
 
 
 def test_a_grid_is_written_as_a_table(tmp_path: Path) -> None:

@@ -407,3 +407,47 @@ def test_a_loop_of_helical_joints_alone_is_refused() -> None:
         Mechanism(name="m", bodies=bodies, joints=joints)
     turn = Joint(name="A", kind="revolute", parent="b", child="base")
     Mechanism(name="m", bodies=bodies, joints=(*joints[:2], turn))
+
+
+def with_parameter(own: float | str, given: float | str) -> Mechanism:
+    made = Mechanism(
+        name="bar",
+        parameters={"a": own, "twice": "2*a"},
+        bodies=[{"name": "base"}, {"name": "bar"}],
+        joints=[{"name": "A", "kind": "revolute", "parent": "base", "child": "bar"}],
+        driven=["A"],
+    )
+    return made.with_parameters({"a": given})
+
+
+@pytest.mark.parametrize(
+    ("own", "given", "said"),
+    [
+        ("1 m", "1 kg", "parameters.a: found '1 kg', a mass; expected a length"),
+        ("1 m", "90 deg", "parameters.a: found '90 deg', an angle; expected a length"),
+        ("1 m^2", "1 m", "parameters.a: found '1 m', a length; expected a quantity in m^2"),
+        ("5 N/m", "5 N", "parameters.a: found '5 N', a force; expected a stiffness, such as N/m"),
+    ],
+)
+def test_a_parameter_keeps_its_dimension(own: str, given: str, said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        with_parameter(own, given)
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("own", "given"),
+    [
+        ("1 m", 2.0),
+        ("1 m", "2"),
+        ("1 m", "2 cm + 3 mm"),
+        (1.0, "2 kg"),
+        ("pi/4", "20 deg"),
+        ("5 N*m/rad", "5 N*m"),
+        ("5 N*m", "5 N*m/deg"),
+        ("1 m +", "2 kg"),  # what has no value of its own, or is given none, is told elsewhere
+        ("1 m", "2 m +"),
+    ],
+)
+def test_a_number_without_a_unit_stands_for_any(own: float | str, given: float | str) -> None:
+    assert with_parameter(own, given).parameters["a"] == given

@@ -58,11 +58,9 @@ def diagnosis(mechanism: Mechanism) -> Diagnosis:
     Raises InputError, on a bad motion of the mechanism or a bad history of its forces too, and
     AssemblyError if home cannot be assembled.
     """
-    bare: list[Bare] = []
-    graph = graph_of(mechanism, bare)
+    graph, bare = _graph_of(mechanism)
     histories(mechanism, graph.dynamics.wrenches)
     home = assembled(graph)
-    bare = [b._replace(place=b.place.removeprefix(f"{mechanism.where}: ")) for b in bare]
     found = mobility(graph, home, len(mechanism.driven))
     refusal, solver = _compiled(mechanism)
     positions = _positions(graph, home)
@@ -70,7 +68,7 @@ def diagnosis(mechanism: Mechanism) -> Diagnosis:
         _check_motions(graph, positions, bare)
     bare += _turning(mechanism, graph)
     warnings = [f"home is outside limits: {each}" for each in beyond_words(graph, positions)]
-    warnings += [*_strays(graph, home), *_units(graph, home, bare)]
+    warnings += [*_strays(graph, home), *_units(bare, _width(graph, home))]
     if found.special:
         warnings.append(
             f"home is special: mobility {found.home} there, {min(found.nearby)} in general"
@@ -79,6 +77,25 @@ def diagnosis(mechanism: Mechanism) -> Diagnosis:
         warnings += _flags(solver)
     reactions = indeterminacy(graph, home)
     return Diagnosis(graph, tuple(home.q.tolist()), found, reactions, refusal, tuple(warnings))
+
+
+def unit_slips(mechanism: Mechanism) -> list[str]:
+    """Numbers without a unit, other than those of motions, that were probably meant in degrees or
+    millimetres: the warnings of `diagnosis` about them. Raises InputError.
+    """
+    graph, bare = _graph_of(mechanism)
+    try:
+        width = _width(graph, assembled(graph))
+    except AssemblyError:  # which is told by whatever needs it assembled
+        width = 0.0
+    return _units([*bare, *_turning(mechanism, graph)], width)
+
+
+def _graph_of(mechanism: Mechanism) -> tuple[Graph, list[Bare]]:
+    """The mechanism in numbers, and those that have no unit, by their places in the file."""
+    bare: list[Bare] = []
+    graph = graph_of(mechanism, bare)
+    return graph, [b._replace(place=b.place.removeprefix(f"{mechanism.where}: ")) for b in bare]
 
 
 def _compiled(
@@ -139,8 +156,17 @@ def _strays(graph: Graph, home: Configuration) -> list[str]:
     ]
 
 
-def _units(graph: Graph, home: Configuration, bare: Sequence[Bare]) -> list[str]:
-    """Bare numbers that were probably meant in degrees or millimetres."""
+def _width(graph: Graph, home: Configuration) -> float:
+    """How far joints are apart at home."""
+    joints = [
+        as_array(home.pose(joint.parent).p + home.pose(joint.parent).R @ joint.F.p)
+        for joint in graph.joints
+    ]
+    return float(np.linalg.norm(np.ptp(np.array(joints), axis=0)))
+
+
+def _units(bare: Sequence[Bare], width: float) -> list[str]:
+    """Bare numbers that were probably meant in degrees or millimetres, in a mechanism so wide."""
     warnings = []
     turns = {b.place: b.value for b in bare if b.dimension == ANGLE and abs(b.value) > 2 * math.pi}
     if turns:
@@ -149,11 +175,6 @@ def _units(graph: Graph, home: Configuration, bare: Sequence[Bare]) -> list[str]
             f"angles without a unit are radians, and some are above a turn: {_listed(turns)}. "
             f"Perhaps '{first:g} deg' was meant"
         )
-    joints = [
-        as_array(home.pose(joint.parent).p + home.pose(joint.parent).R @ joint.F.p)
-        for joint in graph.joints
-    ]
-    width = float(np.linalg.norm(np.ptp(np.array(joints), axis=0)))
     lengths = {b.place: b.value for b in bare if b.dimension == LENGTH and abs(b.value) > 1.0}
     if lengths and not width < _WIDE:
         first = next(iter(lengths.values()))

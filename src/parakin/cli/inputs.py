@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from parakin.cli.streams import tell
 from parakin.errors import InputError, nearest
 
 if TYPE_CHECKING:
@@ -29,14 +30,39 @@ def parameters(settings: Sequence[str], option: str = "--set") -> dict[str, str]
     return found
 
 
-def load_mechanism(options: argparse.Namespace) -> Mechanism:
-    """The mechanism that the options name. Raises InputError."""
+def load_mechanism(options: argparse.Namespace, *, warns: bool = True) -> Mechanism:
+    """The mechanism that the options name. If they set parameters, what is likely a slip of units
+    is told, unless the command `warns` not. Raises InputError.
+    """
     from parakin.files.reading import load
 
     mechanism = load(options.mechanism, parameters(options.set), options.loops)
     for text in getattr(options, "payload", ()):
         mechanism = mechanism.with_payload(text)
+    if options.set and warns:
+        tell_slips(mechanism)
     return mechanism
+
+
+def tell_slips(mechanism: Mechanism) -> None:
+    """Tell on stderr what is likely a slip of units, as `parakin check` does."""
+    from parakin.analysis.diagnosis import unit_slips
+
+    tell(*(f"warning: {each}" for each in unit_slips(mechanism)), style="bold yellow")
+
+
+def moving(options: argparse.Namespace, paths: Iterable[Path | None]) -> Solver:
+    """A solver of what the options name for the coordinates that they move, by default the
+    platform's, once files that may be written have been checked. Raises InputError, AssemblyError,
+    DrivenError.
+    """
+    from parakin.design.choice import driven_for
+    from parakin.solving.compiler import compile as compile_mechanism
+
+    check_outputs(options, [path for path in paths if path is not None])
+    mechanism = load_mechanism(options)
+    driven = names_in(options.driven, "--driven") or driven_for(mechanism)
+    return compile_mechanism(mechanism, driven)
 
 
 def preloads(graph: Graph, settings: Sequence[str]) -> dict[str, float] | None:
@@ -85,12 +111,16 @@ def names_in(text: str | None, option: str) -> list[str] | None:
 
 def of_driven(solver: Solver, settings: Sequence[str], option: str) -> dict[str, float]:
     """Positions by driven coordinate [SI]. Raises InputError."""
-    values = values_of(solver.graph, settings, option, 0)
-    for name in values:
+    check_driven(solver, parameters(settings, option), option)
+    return values_of(solver.graph, settings, option, 0)
+
+
+def check_driven(solver: Solver, names: Iterable[str], option: str) -> None:
+    """Raises InputError on names of anything but driven coordinates."""
+    for name in names:
         if name not in solver.driven:
             found = f"{name!r}, which is not driven"
             raise InputError(option, found, nearest(name, solver.driven))
-    return values
 
 
 def check_outputs(options: argparse.Namespace, paths: Iterable[Path]) -> None:

@@ -102,7 +102,7 @@ def _export(options: argparse.Namespace) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
-    from parakin.cli.inputs import parameters
+    from parakin.cli.inputs import parameters, tell_slips
     from parakin.views.browser.content import Content
     from parakin.views.browser.viewer import exposure, serving
 
@@ -123,6 +123,8 @@ def _view(options: argparse.Namespace) -> int:
             if exposed:
                 screen.print(exposed, style="bold yellow", markup=False)
             tell(*content.findings(viewer.first), style="bold yellow")
+            if options.set:
+                tell_slips(viewer.first.mechanism)
             screen.print(f"{options.mechanism} at {viewer.url} (Ctrl-C ends)", markup=False)
             sys.stdout.flush()
             while True:
@@ -139,7 +141,7 @@ def _check(options: argparse.Namespace) -> int:
     from parakin.files.reading import expanded
     from parakin.views.text import mechanism_report
 
-    mechanism = load_mechanism(options)
+    mechanism = load_mechanism(options, warns=False)  # the report does
     if options.expand:
         with flushed_stdout():
             sys.stdout.write(expanded(options.mechanism, parameters(options.set), options.loops))

@@ -5,15 +5,13 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from parakin.cli.inputs import check_outputs, load_mechanism, names_in, of_driven
+from parakin.cli.inputs import moving, of_driven
 from parakin.cli.streams import say, tell
-from parakin.design.choice import driven_for
 from parakin.design.range import range as range_of
 from parakin.errors import printable
 from parakin.files import tables
 from parakin.model.expressions import Parameters
 from parakin.model.units import FREQUENCY
-from parakin.solving.compiler import compile as compile_mechanism
 from parakin.views import range_plot, range_text
 from parakin.views.plots import check_figure, save
 
@@ -23,18 +21,14 @@ if TYPE_CHECKING:
 
 def ranges(options: argparse.Namespace) -> int:
     """Find, write, draw and tell. Returns 1 where there is no pose to count from."""
-    paths = [path for path in (options.output, options.plot) if path is not None]
     if options.output is not None:
         tables.check_table(options.output)
     if options.plot is not None:
         check_figure(options.plot)
-    check_outputs(options, paths)
-    mechanism = load_mechanism(options)
-    solver = compile_mechanism(
-        mechanism, names_in(options.driven, "--driven") or driven_for(mechanism)
-    )
+    solver = moving(options, (options.output, options.plot))
     frequency = None
     if options.frequency is not None:
+        mechanism = solver.mechanism
         evaluate = Parameters(mechanism.parameters, mechanism.where).evaluate
         frequency = evaluate(options.frequency, FREQUENCY, "--frequency")
     found = range_of(

@@ -5,16 +5,14 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from parakin.cli.inputs import check_outputs, load_mechanism, names_in, of_driven, parameters
+from parakin.cli.inputs import check_driven, moving, names_in, of_driven, parameters
 from parakin.cli.streams import say, tell
-from parakin.design.choice import driven_for
 from parakin.design.workspace import workspace
 from parakin.errors import InputError, printable
 from parakin.files import surfaces, tables
 from parakin.files.writing import check_suffix
 from parakin.model.expressions import Parameters
 from parakin.model.units import ANGLE, BARE, LENGTH
-from parakin.solving.compiler import compile as compile_mechanism
 from parakin.views import workspace_plot, workspace_text
 from parakin.views.plots import check_figure, save
 
@@ -26,18 +24,13 @@ if TYPE_CHECKING:
 
 def workspaces(options: argparse.Namespace) -> int:
     """Find, write, draw and tell. Returns 1 where there is no pose to count from."""
-    paths = [path for path in (options.output, options.plot) if path is not None]
     if options.output is not None:
         check_suffix(options.output, (*tables.SUFFIXES, *surfaces.SUFFIXES), {}, "")
         if not _surface(options):
             tables.check_table(options.output)
     if options.plot is not None:
         check_figure(options.plot)
-    check_outputs(options, paths)
-    mechanism = load_mechanism(options)
-    solver = compile_mechanism(
-        mechanism, names_in(options.driven, "--driven") or driven_for(mechanism)
-    )
+    solver = moving(options, (options.output, options.plot))
     over = names_in(options.over, "--over")
     if _surface(options) and (options.kind == "orientation" or (over and len(over) != 3)):
         raise InputError(str(options.output), "no surface in space", "three slides to move")
@@ -75,7 +68,9 @@ def _within(solver: Solver, options: argparse.Namespace) -> dict[str, tuple[floa
     """Both ends of what is looked at, by driven coordinate [SI]. Raises InputError."""
     found = {}
     evaluate = Parameters(solver.mechanism.parameters, solver.mechanism.where).evaluate
-    for name, text in parameters(options.within, "--within").items():
+    texts = parameters(options.within, "--within")
+    check_driven(solver, texts, "--within")
+    for name, text in texts.items():
         low, dots, high = text.partition("..")
         if not dots:
             raise InputError("--within", repr(text), "LOW..HIGH, e.g. '-0.2 m..0.3 m'")

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import cast
 
 from parakin.arrays import FloatArray
 from parakin.errors import InputError, nearest
-from parakin.model.expressions import Value
+from parakin.model.expressions import Parameters, Value
+from parakin.model.units import ANGLE, LENGTH, Dimension
 from parakin.solving.forces import is_finite
 from parakin.solving.solver import Solver
 
@@ -22,8 +24,24 @@ def check_table(given: object, place: str) -> None:
         raise InputError(place, repr(given), "values by the names of driven coordinates")
 
 
+def quantity(solver: Solver, value: object, dimension: Dimension, place: str) -> float:
+    """A number in SI, given as one or as text with a unit. Raises InputError."""
+    if isinstance(value, str):
+        mechanism = solver.mechanism
+        parameters = Parameters(mechanism.parameters, mechanism.where)
+        return parameters.evaluate(value, dimension, place)
+    if not is_finite(value):
+        raise InputError(place, repr(value), "a finite number, or text with a unit")
+    return float(cast(float, value))
+
+
+def dimension_of(solver: Solver, name: str) -> Dimension:
+    """An angle's or a length's."""
+    return ANGLE if solver.graph.is_angle(name) else LENGTH
+
+
 def positions(
-    solver: Solver, given: Mapping[str, float] | None, place: str, otherwise: FloatArray
+    solver: Solver, given: Mapping[str, Value] | None, place: str, otherwise: FloatArray
 ) -> FloatArray:
     """Driven values (k,), those of `otherwise` where none are given. Raises InputError."""
     found = otherwise.copy()
@@ -34,9 +52,8 @@ def positions(
         if name not in solver.driven:
             expected = nearest(str(name), solver.driven)
             raise InputError(place, f"{name!r}, which is not driven", expected)
-        if not is_finite(value):
-            raise InputError(f"{place} of {name}", repr(value), "a finite number")
-        found[solver.driven.index(name)] = value
+        dimension = dimension_of(solver, name)
+        found[solver.driven.index(name)] = quantity(solver, value, dimension, f"{place} of {name}")
     return found
 
 

@@ -45,9 +45,9 @@ class _Start(NamedTuple):
 
 def range(
     solver: Solver,
-    pose: Mapping[str, float] | None = None,
+    pose: Mapping[str, Value] | None = None,
     *,
-    offsets: Mapping[str, float] | None = None,
+    offsets: Mapping[str, Value] | None = None,
     pairs: bool = False,
     rays: int = 72,
     frequency: float | None = None,
@@ -59,14 +59,14 @@ def range(
     """How far each driven coordinate goes alone from a pose, down and up, and what stops it there;
     how fast it may go at the pose, and how hard.
 
-    pose: positions of driven coordinates, by name [m or rad], home's where not given. offsets: what
-    they are moved by first, all at once and straight; all else is counted from there. pairs: the
-    boundary around the pose for every pair of driven coordinates too, along so many `rays`.
-    frequency [Hz]: the largest sine of each coordinate alone too. forces: limits of efforts end the
-    ways too: at rest, and of sines in motion; loads: as of `Solver.solve`. least_conditioning: how
-    near to a singularity the ways may come, 1 being as firm as home. parameters: of another design,
-    for which `solver.with_design` compiles; without them it is the file's own, whatever was left
-    `free`.
+    pose: positions of driven coordinates, by name [m or rad, or text with a unit, "10 deg"], home's
+    where not given. offsets: what they are moved by first, all at once and straight; all else is
+    counted from there. pairs: the boundary around the pose for every pair of driven coordinates
+    too, along so many `rays`. frequency [Hz]: the largest sine of each coordinate alone too.
+    forces: limits of efforts end the ways too: at rest, and of sines in motion; loads: as of
+    `Solver.solve`. least_conditioning: how near to a singularity the ways may come, 1 being as firm
+    as home. parameters: of another design, for which `solver.with_design` compiles; without them it
+    is the file's own, whatever was left `free`.
 
     Every declared limit of positions and cone angles counts, reported or not, loops that cannot be
     closed, and singularities. The way is followed from the pose; what lies beyond a gap does not

@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from parakin.arrays import BoolArray, FloatArray
-from parakin.design.asked import check_conditioning, check_table, of_design, positions
+from parakin.design.asked import (
+    check_conditioning,
+    check_table,
+    dimension_of,
+    of_design,
+    positions,
+    quantity,
+)
 from parakin.design.grids import Box, around, box_around, grid_over, widened
 from parakin.design.probing import Probe
 from parakin.design.region import Region, region_of
@@ -33,12 +40,12 @@ _AGAIN = 5  # times that a box is enlarged which turns out to be too small
 
 def workspace(
     solver: Solver,
-    pose: Mapping[str, float] | None = None,
+    pose: Mapping[str, Value] | None = None,
     *,
     over: Sequence[str] | None = None,
     kind: str = "constant-orientation",
-    orientations: Sequence[Mapping[str, float]] | None = None,
-    within: Mapping[str, tuple[float, float]] | None = None,
+    orientations: Sequence[Mapping[str, Value]] | None = None,
+    within: Mapping[str, tuple[Value, Value]] | None = None,
     points: int | None = None,
     least_conditioning: float | None = None,
     proportions: Mapping[str, float] | None = None,
@@ -46,15 +53,15 @@ def workspace(
 ) -> xr.Dataset:
     """Where two or three of the driven coordinates can go from a pose, the others held as there.
 
-    pose: positions of driven coordinates, by name [m or rad], home's where not given. over: those
-    moved, of the platform; by default all that the kind is about. kind: "constant-orientation" and
-    "orientation" move slides, or angles, of the pose; "reachable" and "dexterous" move slides in
-    any, or in all, of `orientations`: angles by driven coordinate, the pose's where not given.
-    within: what to look at of coordinates, low and high, by default a box around what is connected
-    to the pose. points: nodes of the grid along each side. least_conditioning: how near to a
-    singularity it may come, 1 being as firm as home. proportions: of the box that is to fit, by
-    coordinate; a cube by default. parameters: of another design, as of `parakin.range`; without
-    them it is the file's own, whatever was left `free`.
+    pose: positions of driven coordinates, by name [m or rad, or text with a unit], home's where not
+    given. over: those moved, of the platform; by default all that the kind is about. kind:
+    "constant-orientation" and "orientation" move slides, or angles, of the pose; "reachable" and
+    "dexterous" move slides in any, or in all, of `orientations`: angles by driven coordinate, as in
+    `pose`, the pose's where not given. within: what to look at of coordinates, low and high, by
+    default a box around what is connected to the pose. points: nodes of the grid along each side.
+    least_conditioning: how near to a singularity it may come, 1 being as firm as home.
+    proportions: of the box that is to fit, by coordinate; a cube by default. parameters: of another
+    design, as of `parakin.range`; without them it is the file's own, whatever was left `free`.
 
     A point belongs to the workspace if loops close there on home's branch within every declared
     limit of positions and cone angles, and with the conditioning asked for. It is reached if it is
@@ -144,7 +151,7 @@ def _moved(solver: Solver, over: Sequence[str] | None, kind: str) -> tuple[str, 
 
 
 def _poses(
-    solver: Solver, y: FloatArray, kind: str, orientations: Sequence[Mapping[str, float]] | None
+    solver: Solver, y: FloatArray, kind: str, orientations: Sequence[Mapping[str, Value]] | None
 ) -> FloatArray:
     """The poses (k, m) in which points may be, or must be. Raises InputError."""
     several = kind in ("reachable", "dexterous")
@@ -169,7 +176,7 @@ def _most(
     solver: Solver,
     moved: tuple[str, ...],
     middle: FloatArray,
-    within: Mapping[str, tuple[float, float]],
+    within: Mapping[str, tuple[Value, Value]],
 ) -> Box:
     """The largest box that is looked at. Raises InputError."""
     far = [np.pi if solver.graph.is_angle(n) else _FAR * solver.graph.length for n in moved]
@@ -178,10 +185,11 @@ def _most(
     for name, ends in within.items():
         if name not in moved:
             raise InputError("within", f"{name!r}, which is not moved", nearest(str(name), moved))
-        if np.shape(ends) != (2,) or not all(is_finite(end) for end in ends):
-            raise InputError(f"within of {name}", repr(ends), "two finite numbers")
+        place, dimension = f"within of {name}", dimension_of(solver, name)
+        if np.shape(ends) != (2,):
+            raise InputError(place, repr(ends), "two finite numbers")
         i = moved.index(name)
-        low[i], high[i] = ends
+        low[i], high[i] = (quantity(solver, end, dimension, place) for end in ends)
         if not low[i] < middle[i] < high[i]:
             raise InputError(
                 f"within of {name}", f"{low[i]:g} to {high[i]:g}", "ends on both sides of the pose"

@@ -18,7 +18,7 @@ from parakin import notebook
 from parakin.errors import InputError, nearest, printable
 from parakin.model.bodies import Body, Frame
 from parakin.model.drives import Damper, Drive, Friction, Spring, Stop
-from parakin.model.expressions import Value
+from parakin.model.expressions import Parameters, Value
 from parakin.model.fields import (
     Actuated,
     Angles,
@@ -33,6 +33,7 @@ from parakin.model.fields import (
     tupled,
 )
 from parakin.model.forces import Force, Payload
+from parakin.model.units import BARE, Dimension, describe
 from parakin.model.validation import Table, Text, input_error
 
 # And coordinates: assembly runs in plain Python, where a mechanism of more joints that does not
@@ -179,7 +180,8 @@ class Mechanism(Table):
     def with_parameters(self, values: Mapping[str, Value]) -> Mechanism:
         """The mechanism with other values for some of its parameters.
 
-        Raises InputError on a parameter that does not exist.
+        Raises InputError on a parameter that does not exist, and on text of another dimension than
+        its own; a number without a unit may stand for any.
         """
         for name in values:
             if name not in self.parameters:
@@ -188,7 +190,14 @@ class Mechanism(Table):
                     f"unknown parameter {name!r}",
                     nearest(name, self.parameters),
                 )
-        return self.model_copy(update={"parameters": {**self.parameters, **values}})
+        found = self.model_copy(update={"parameters": {**self.parameters, **values}})
+        for name, value in values.items():
+            if isinstance(value, str):
+                own, given = (_dimension(mechanism, name) for mechanism in (self, found))
+                if own is not None and given is not None and not _alike(own, given):
+                    place = f"{self.where}: parameters.{name}"
+                    raise InputError(place, f"{value!r}, {describe(given)}", describe(own))
+        return found
 
     def with_payload(self, text: str) -> Mechanism:
         """The mechanism with a payload, "80 kg at seat" or "80 kg at platform.seat": of a mass at a
@@ -347,3 +356,19 @@ def _loose(base: str, bodies: set[str], edges: list[tuple[str, str]]) -> list[st
         reached |= more
         growing = bool(more)
     return sorted(bodies - reached)
+
+
+def _dimension(mechanism: Mechanism, name: str) -> Dimension | None:
+    """The dimension of a parameter; None of a number without a unit, and of what has no value,
+    which is told when the mechanism is put in numbers.
+    """
+    try:
+        found = Parameters(mechanism.parameters, mechanism.where).dimension(name)
+    except InputError:
+        return None
+    return None if found == BARE else found
+
+
+def _alike(a: Dimension, b: Dimension) -> bool:
+    """Whether the one may stand for the other: radians may be left out of what is per angle."""
+    return a == b or (-1 in (a.angle, b.angle) and a._replace(angle=0) == b._replace(angle=0))

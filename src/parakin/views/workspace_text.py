@@ -32,7 +32,7 @@ def workspace_report(found: xr.Dataset) -> RenderableType:
     if found.attrs["stopped"]:
         return Group(*heading, Text(stopped_words(found), style="bold red"))
     d, unit = found.sizes["over"], unit_of(found.attrs["unit"] == "rad")
-    round_, flat = ("circle", "rectangle") if d == 2 else ("ball", "box")
+    round_ = "circle" if d == 2 else "ball"
     form = f".{_decimals(found, unit)}f"
     half = " x ".join(f"±{unit.per_si * value:{form}}" for value in found["half_width"].values)
     radius = unit.plain(float(found["radius"]), form)
@@ -42,7 +42,7 @@ def workspace_report(found: xr.Dataset) -> RenderableType:
         Text(size_words(found)),
         _extent(found, unit, f"+z{form}"),
         Text(f"largest {round_} about the pose: radius {radius}"),
-        Text(f"largest {flat} about the pose: {half} {unit.name}"),
+        Text(f"largest {_box(found)} about the pose: {half} {unit.name}"),
         Text("limited by: " + ", ".join(f"{w} ({_percent(s)})" for w, s in known.items())),
         Text(
             _parts("islands, which are not connected to the pose", found["islands"].values, found)
@@ -63,6 +63,13 @@ def stopped_words(found: xr.Dataset) -> str:
 def size_words(found: xr.Dataset) -> str:
     """Its area or volume: "volume 0.0795 ± 0.0003 m³"."""
     return f"{_measure(found.sizes['over'])} {_with_doubt(found)}"
+
+
+def _box(found: xr.Dataset) -> str:
+    """What the box is called that fits."""
+    alike = np.ptp(found["half_width"].values) == 0.0
+    named = ("square", "cube") if alike else ("rectangle", "box")
+    return named[found.sizes["over"] - 2]
 
 
 def _decimals(found: xr.Dataset, unit: Unit) -> int:
