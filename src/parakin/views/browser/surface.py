@@ -63,7 +63,10 @@ def surface_of(solver: Solver, y: FloatArray) -> Surface | str:
     at = {word: k for k, word in enumerate(named)} | {EDGE_WORDS: _NOTHING}
     places = np.array([at.get(str(word), len(named)) for word in found["stop"].values])
     facets = _placed(solver, y, over, found["boundary"].values[own])
-    return Surface(facets, places[numbers], words, colours, _told(found, words, colours))
+    known = bool(np.isfinite(facets).all())
+    return Surface(
+        facets, places[numbers], words, colours, _told(found, words, colours, whole=known)
+    )
 
 
 def _placed(
@@ -86,8 +89,10 @@ def _placed(
     return found.reshape(*corners.shape[:2], len(SLIDES))
 
 
-def _told(found: xr.Dataset, words: tuple[str, ...], colours: tuple[str, ...]) -> str:
-    """The legend as HTML."""
+def _told(
+    found: xr.Dataset, words: tuple[str, ...], colours: tuple[str, ...], *, whole: bool
+) -> str:
+    """The legend as HTML; whole: whether it is known where all of the boundary is."""
     over = found["over"].values.tolist()
     units = [unit_of(unit == "rad") for unit in found["driven_unit"].values]
     each = zip(found["driven"].values.tolist(), found["pose"].values.tolist(), units, strict=True)
@@ -107,6 +112,8 @@ def _told(found: xr.Dataset, words: tuple[str, ...], colours: tuple[str, ...]) -
         lines.append(f'<span style="color:{colour}">■</span> {escape(word)} ({100 * share:.0f} %)')
     if EDGE_WORDS in known:
         lines.append("It goes on beyond what was looked at; nothing is drawn there.")
+    if not whole:
+        lines.append("Part of the outline is not drawn: where it is was not found.")
     return f'<div style="font-size:0.85em;padding:0 0.75em">{"<br>".join(lines)}</div>'
 
 
