@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from parakin.analysis.sensitivities import sensitivities
     from parakin.analysis.singularities import singularities
     from parakin.analysis.stiffness import stiffness
+    from parakin.design.certificate import certify
     from parakin.design.range import range
     from parakin.design.workspace import workspace
     from parakin.errors import (
@@ -87,6 +88,7 @@ _MODULES = {
     "linearise": "analysis.linearisation",
     "simulate_batch": "solving.batches",
     "stiffness": "analysis.stiffness",
+    "certify": "design.certificate",
     "range": "design.range",
     "workspace": "design.workspace",
     "check": "verbs",
@@ -133,6 +135,7 @@ __all__ = [
     "Status",
     "Tick",
     "catalogue",
+    "certify",
     "check",
     "compile",
     "draw",

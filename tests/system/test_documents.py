@@ -148,7 +148,7 @@ def test_commands_about_design_say_what_is_shown(capsys: pytest.CaptureFixture[s
     shown = re.findall(
         r"^```bash\nparakin ([^\n]*)\n```\n\n```text\n(.*?)^```$", text, re.DOTALL | re.M
     )
-    assert len(shown) == 6
+    assert len(shown) == 8
     for command, expected in shown:
         main(shlex.split(command))
         said = capsys.readouterr().out.splitlines()
@@ -184,7 +184,7 @@ def test_the_python_about_design_runs(capsys: pytest.CaptureFixture[str]) -> Non
     names: dict[str, object] = {}
     for code in blocks("docs/design.md", "python"):
         exec(compile(code, "design.md", "exec"), names)
-    ends, words, length, _, size, node = capsys.readouterr().out.splitlines()
+    ends, words, length, _, size, node, proof, stroke = capsys.readouterr().out.splitlines()
     assert 0.0 < float(size.split()[1]) < 1e-3 * float(size.split()[0])
     assert node.startswith("True")
     assert [float(end) for end in ends.strip("[]").split()] == pytest.approx(
@@ -192,6 +192,8 @@ def test_the_python_about_design_runs(capsys: pytest.CaptureFixture[str]) -> Non
     )
     assert words == "P4 > 1.26 m"
     assert float(length) == pytest.approx(1.26, abs=1e-12)
+    assert proof.startswith("proved ")
+    assert all(0.86 < float(end) < 1.26 for end in stroke.split())
 
 
 @pytest.mark.usefixtures("elsewhere")

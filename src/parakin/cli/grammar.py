@@ -16,6 +16,7 @@ _COMMANDS = (
     "modes",
     "range",
     "workspace",
+    "certify",
     "solve",
     "plot",
     "film",
@@ -72,6 +73,7 @@ def parser() -> argparse.ArgumentParser:
         _add_modes,
         _add_range,
         _add_workspace,
+        _add_certify,
         _add_solve,
         _add_pictures,
         _add_simulate,
@@ -157,6 +159,23 @@ def _add_workspace(commands: _Commands) -> None:
         "-o", "--output", metavar="FILE", type=Path, help="grid: .csv or .nc; surface: .stl"
     )
     space.add_argument("--plot", metavar="FILE", type=Path, help="figure: .png, .svg or .pdf")
+
+
+def _add_certify(commands: _Commands) -> None:
+    certify = commands.add_parser(
+        "certify", help="prove that every pose of a box keeps all limits, or find one that does not"
+    )
+    _add_mechanism(certify)
+    _add_driven(certify, "coordinates to drive", "the platform's by default, else the file's own")
+    within = "both ends of a coordinate, e.g. platform.x='-50 mm..50 mm'; the others stay"
+    _add_settings(certify, "--within", within, metavar="NAME=LOW..HIGH")
+    pose = "a position other than home's: a quantity such as '20 mm'"
+    _add_settings(certify, "--from", pose, dest="pose")
+    velocity = "of coordinates, either way and all at once; limits of velocities count then"
+    _add_settings(certify, "--velocity", velocity, dest="velocities")
+    _add_least_conditioning(certify)
+    certify.add_argument("--boxes", metavar="N", type=int, help="parts to look at (200,000)")
+    certify.add_argument("-o", "--output", metavar="FILE", type=Path, help="table: .csv or .nc")
 
 
 def _add_settings(

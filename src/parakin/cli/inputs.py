@@ -109,10 +109,12 @@ def names_in(text: str | None, option: str) -> list[str] | None:
     return names
 
 
-def of_driven(solver: Solver, settings: Sequence[str], option: str) -> dict[str, float]:
-    """Positions by driven coordinate [SI]. Raises InputError."""
+def of_driven(
+    solver: Solver, settings: Sequence[str], option: str, order: int = 0
+) -> dict[str, float]:
+    """Positions, or rates (order 1), by driven coordinate [SI]. Raises InputError."""
     check_driven(solver, parameters(settings, option), option)
-    return values_of(solver.graph, settings, option, 0)
+    return values_of(solver.graph, settings, option, order)
 
 
 def check_driven(solver: Solver, names: Iterable[str], option: str) -> None:
@@ -121,6 +123,25 @@ def check_driven(solver: Solver, names: Iterable[str], option: str) -> None:
         if name not in solver.driven:
             found = f"{name!r}, which is not driven"
             raise InputError(option, found, nearest(name, solver.driven))
+
+
+def within(solver: Solver, settings: Sequence[str], option: str) -> dict[str, tuple[float, float]]:
+    """Both ends, by driven coordinate [SI], of `NAME=LOW..HIGH` settings. Raises InputError."""
+    from parakin.model.expressions import Parameters
+    from parakin.model.units import ANGLE, LENGTH
+
+    found = {}
+    evaluate = Parameters(solver.mechanism.parameters, solver.mechanism.where).evaluate
+    texts = parameters(settings, option)
+    check_driven(solver, texts, option)
+    for name, text in texts.items():
+        low, dots, high = text.partition("..")
+        if not dots:
+            raise InputError(option, repr(text), "LOW..HIGH, e.g. '-0.2 m..0.3 m'")
+        dimension = ANGLE if solver.graph.is_angle(name) else LENGTH
+        ends = [evaluate(end.strip(), dimension, f"{option} {name}") for end in (low, high)]
+        found[name] = (ends[0], ends[1])
+    return found
 
 
 def check_outputs(options: argparse.Namespace, paths: Iterable[Path]) -> None:

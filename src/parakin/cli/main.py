@@ -58,6 +58,7 @@ def _command(options: argparse.Namespace) -> int:
         "modes": _modes,
         "range": _range,
         "workspace": _workspace,
+        "certify": _certify,
         "solve": _solve,
         "plot": _solve,  # with other defaults
         "film": _solve,
@@ -187,6 +188,12 @@ def _workspace(options: argparse.Namespace) -> int:
     from parakin.cli.workspaces import workspaces
 
     return workspaces(options)
+
+
+def _certify(options: argparse.Namespace) -> int:
+    from parakin.cli.certificates import certificates
+
+    return certificates(options)
 
 
 def _draw(options: argparse.Namespace) -> int:

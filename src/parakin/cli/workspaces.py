@@ -5,14 +5,14 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from parakin.cli.inputs import check_driven, moving, names_in, of_driven, parameters
+from parakin.cli.inputs import moving, names_in, of_driven, parameters, within
 from parakin.cli.streams import say, tell
 from parakin.design.workspace import workspace
 from parakin.errors import InputError, printable
 from parakin.files import surfaces, tables
 from parakin.files.writing import check_suffix
 from parakin.model.expressions import Parameters
-from parakin.model.units import ANGLE, BARE, LENGTH
+from parakin.model.units import BARE
 from parakin.views import workspace_plot, workspace_text
 from parakin.views.plots import check_figure, save
 
@@ -40,7 +40,7 @@ def workspaces(options: argparse.Namespace) -> int:
         over=over,
         kind=options.kind,
         orientations=_orientations(solver, options.orientations),
-        within=_within(solver, options),
+        within=within(solver, options.within, "--within"),
         points=options.points,
         least_conditioning=options.least_conditioning,
         proportions=_proportions(solver, options),
@@ -62,22 +62,6 @@ def _orientations(solver: Solver, text: str | None) -> list[dict[str, float]] | 
         return None
     each = [part.strip() for part in text.split(";") if part.strip()]
     return [of_driven(solver, part.split(","), "--orientations") for part in each]
-
-
-def _within(solver: Solver, options: argparse.Namespace) -> dict[str, tuple[float, float]]:
-    """Both ends of what is looked at, by driven coordinate [SI]. Raises InputError."""
-    found = {}
-    evaluate = Parameters(solver.mechanism.parameters, solver.mechanism.where).evaluate
-    texts = parameters(options.within, "--within")
-    check_driven(solver, texts, "--within")
-    for name, text in texts.items():
-        low, dots, high = text.partition("..")
-        if not dots:
-            raise InputError("--within", repr(text), "LOW..HIGH, e.g. '-0.2 m..0.3 m'")
-        dimension = ANGLE if solver.graph.is_angle(name) else LENGTH
-        ends = [evaluate(end.strip(), dimension, f"--within {name}") for end in (low, high)]
-        found[name] = (ends[0], ends[1])
-    return found
 
 
 def _proportions(solver: Solver, options: argparse.Namespace) -> dict[str, float] | None:

@@ -35,15 +35,21 @@ def quantity(solver: Solver, value: object, dimension: Dimension, place: str) ->
     return float(cast(float, value))
 
 
-def dimension_of(solver: Solver, name: str) -> Dimension:
-    """An angle's or a length's."""
-    return ANGLE if solver.graph.is_angle(name) else LENGTH
+def dimension_of(solver: Solver, name: str, order: int = 0) -> Dimension:
+    """An angle's or a length's, or of its derivative."""
+    return (ANGLE if solver.graph.is_angle(name) else LENGTH)._replace(time=-float(order))
 
 
 def positions(
-    solver: Solver, given: Mapping[str, Value] | None, place: str, otherwise: FloatArray
+    solver: Solver,
+    given: Mapping[str, Value] | None,
+    place: str,
+    otherwise: FloatArray,
+    order: int = 0,
 ) -> FloatArray:
-    """Driven values (k,), those of `otherwise` where none are given. Raises InputError."""
+    """Driven values (k,), or their rates (order 1), those of `otherwise` where none are given.
+    Raises InputError.
+    """
     found = otherwise.copy()
     if given is None:
         return found
@@ -52,7 +58,7 @@ def positions(
         if name not in solver.driven:
             expected = nearest(str(name), solver.driven)
             raise InputError(place, f"{name!r}, which is not driven", expected)
-        dimension = dimension_of(solver, name)
+        dimension = dimension_of(solver, name, order)
         found[solver.driven.index(name)] = quantity(solver, value, dimension, f"{place} of {name}")
     return found
 

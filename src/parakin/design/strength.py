@@ -120,19 +120,24 @@ class Firmness:
         self._of = scales[list(self.actuated)][:, None]
         y = np.array([[solver.home[name]] for name in solver.driven])
         found = np.array([plan.home[k] - plan.offset(k) for k in plan.iterated]).reshape(-1, 1)
-        self._home = 1.0
-        self._home = float(self._held(self.chart, self.chart.at_rest(y, found), y)[0])
+        self.home = 1.0
+        self.home = float(self._held(self.chart, self.chart.at_rest(y, found), y)[0])
 
     def _held(self, chart: Chart, out: FloatArray, y: FloatArray) -> FloatArray:
         if not self.actuated:
             return np.full(y.shape[1], np.inf)
-        rates = rates_at(chart, out, y, self.actuated) / self._of[:, :, None] * self._by[None]
+        rates = self.scaled(rates_at(chart, out, y, self.actuated))
         rates[:, :, ~np.isfinite(rates).all(axis=(0, 1))] = 0.0
         square = np.moveaxis(rates, 2, 0)
         sizes = np.linalg.svd(square, compute_uv=False)[:, -1]
         if square.shape[1] == square.shape[2]:
             sizes *= np.sign(np.linalg.det(square))
-        return np.asarray(sizes / self._home, dtype=float)
+        return np.asarray(sizes / self.home, dtype=float)
+
+    def scaled(self, rates: FloatArray) -> FloatArray:
+        """The actuators' rates by the driven ones (m, k, n), slides in characteristic lengths."""
+        found: FloatArray = rates / self._of[:, :, None] * self._by[None]
+        return found
 
     def of(self, chart: Chart, out: FloatArray, y: FloatArray) -> FloatArray:
         """At poses y (k, n) with outputs (rows, n), (n,): below 0 beyond a singularity of as many

@@ -55,20 +55,14 @@ def solve_pose(
 
 def checks(plan: Plan, moved: Moved, functions: Functions) -> list[Scalar]:
     """Residual, conditioning, the last step of iteration, size, and the unsigned figures."""
-    circuits, quality = moved.circuits, moved.quality
-    if plan.unsolved:
-        own = plan if plan.opening is None else plan.opening.own
-        at_home = circuits_at(own.graph, own.tree, own.home)
-        unit = 1.0 / as_float(unsolved_volume(own, at_home, FLOATS))
-        quality.unsigned.append(mul(unit, unsolved_volume(plan, circuits, functions)))
+    least = conditioning(plan, moved, functions)
     step: Scalar = 0.0
     for move in moved.moves:
         step = add(step, mul(move, move))
-    residual, size = _residual(plan, circuits, functions)
+    residual, size = _residual(plan, moved.circuits, functions)
     product: Scalar = 1.0
-    for figure in quality.unsigned:
+    for figure in moved.quality.unsigned:
         product = mul(product, figure)
-    least = quality.least(functions)
     return [
         residual,
         _signed_root(least, functions),
@@ -76,6 +70,19 @@ def checks(plan: Plan, moved: Moved, functions: Functions) -> list[Scalar]:
         size,
         functions.sqrt(product),
     ]
+
+
+def conditioning(plan: Plan, moved: Moved, functions: Functions) -> Scalar:
+    """The least of all figures, squared; to the unsigned ones is added that of what is not solved
+    for.
+    """
+    if plan.unsolved:
+        own = plan if plan.opening is None else plan.opening.own
+        at_home = circuits_at(own.graph, own.tree, own.home)
+        unit = 1.0 / as_float(unsolved_volume(own, at_home, FLOATS))
+        volume = unsolved_volume(plan, moved.circuits, functions)
+        moved.quality.unsigned.append(mul(unit, volume))
+    return moved.quality.least(functions)
 
 
 def _signed_root(a: Scalar, functions: Functions) -> Scalar:

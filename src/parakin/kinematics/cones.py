@@ -108,6 +108,12 @@ def cone_angles(circuits: Circuits, cones: Mapping[str, Cone]) -> dict[str, floa
     }
 
 
+def cone_cosine(circuits: Circuits, cone: Cone) -> Scalar:
+    """The cosine of a cone angle, which is smooth at an angle of 0 too."""
+    u = circuits.pose(cone.parent).R @ cone.z_P
+    return dot(u, circuits.pose(cone.child).R @ cone.z_C)
+
+
 def cone_angle(
     circuits: Circuits, cone: Cone, functions: Functions, *, derivatives: int
 ) -> tuple[Scalar, Scalar, Scalar]:
