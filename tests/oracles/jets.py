@@ -24,4 +24,5 @@ def jet_functions() -> Functions:
         lambda y, x: closed_form.atan2(jet(y), jet(x)),
         minimum,
         copysign,
+        lambda x: 1.0 / jet(x),
     )

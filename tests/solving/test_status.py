@@ -86,3 +86,28 @@ def test_angles_are_blank_where_they_are_not_defined_and_only_there() -> None:
     blank = sorted(row for order in orders for row in layout.outputs.derivative(rows, order))
     assert np.flatnonzero(np.isnan(out[:, 1])).tolist() == blank
     assert np.flatnonzero(np.isnan(out[:, 2])).tolist() == blank
+
+
+@pytest.mark.parametrize("name", ["agile-eye", "gough-stewart", "6-rus"])
+def test_what_is_plainly_defined_is_not_blanked(name: str) -> None:
+    """And what is about to be blanked is never plainly defined."""
+    solver = parakin.compile(name, machine_code=False)
+    layout, draw = solver.layout, np.random.default_rng(2)
+    plain = 0
+    for _ in range(2000):
+        out = draw.uniform(-4.0, 4.0, layout.outputs.count)
+        for triple in layout.triples:
+            out[triple.second] = draw.choice([0.0, np.pi / 2, -np.pi / 2, np.pi, 1.0])
+            out[triple.second] += draw.normal() * 10.0 ** draw.uniform(-12.0, 0.0)
+        for row in layout.cones:
+            out[row] = draw.choice([0.0, np.pi, 1.0]) + abs(draw.normal()) * 10.0 ** draw.uniform(
+                -9, 0
+            )
+        before = out.copy()
+        undefined = blank_undefined(out[:, None], layout)
+        if layout.plainly_defined(before):
+            plain += 1
+            assert not undefined
+            assert np.array_equal(before, out)
+    assert plain > 0
+    assert not layout.undefined or not layout.plainly_defined(np.full(layout.outputs.count, np.nan))

@@ -89,16 +89,21 @@ def dual_functions(functions: Functions) -> Functions:
         root: Scalar = functions.sqrt(value_of(a))
         if not isinstance(a, Dual):
             return root
-        return dual(root, mul(0.5 / root, rate_of(a)))
+        return dual(root, mul(mul(0.5, functions.inverse(root)), rate_of(a)))
 
     def atan2(y: Scalar, x: Scalar) -> Scalar:
         a, b = value_of(y), value_of(x)
         turning = sub(mul(b, rate_of(y)), mul(a, rate_of(x)))
-        return dual(functions.atan2(a, b), mul(1.0 / add(mul(a, a), mul(b, b)), turning))
+        inverse: Scalar = functions.inverse(add(mul(a, a), mul(b, b)))
+        return dual(functions.atan2(a, b), mul(inverse, turning))
 
     def minimum(a: Scalar, b: Scalar) -> Scalar:
         side: Scalar = functions.copysign(0.5, sub(value_of(a), value_of(b)))
         rate = add(mul(sub(0.5, side), rate_of(a)), mul(add(0.5, side), rate_of(b)))
         return dual(functions.minimum(value_of(a), value_of(b)), rate)
 
-    return Functions(sin, cos, sqrt, atan2, minimum, copysign)
+    def inverse(a: Scalar) -> Scalar:
+        found: Scalar = functions.inverse(value_of(a))
+        return dual(found, mul(sub(0.0, mul(found, found)), rate_of(a)))
+
+    return Functions(sin, cos, sqrt, atan2, minimum, copysign, inverse)

@@ -161,7 +161,7 @@ def spanning(middle: FloatArray, radius: FloatArray) -> list[Centred]:
 
 def centred_functions() -> Functions:
     """The elementary functions of what is enclosed, and of numbers among it."""
-    return Functions(_sin, _cos, _sqrt, _atan2, _minimum, _copysign)
+    return Functions(_sin, _cos, _sqrt, _atan2, _minimum, _copysign, lambda a: 1.0 / a)
 
 
 def _parts(a: Any) -> tuple[Any, Any, Any]:

@@ -38,14 +38,14 @@ def solve(
     if len(matrix) > n == 1:
         (column,) = zip(*matrix, strict=True)
         square = inner(column, column)
-        inverse = 1.0 / square
+        inverse = functions.inverse(square)
         found = [[mul(inverse, inner(column, side))] for side in sides]
         return Solved(found, functions.sqrt(square))
     if len(matrix) > n:
         solutions, volume = _by_reflections(matrix, sides, functions)
         return Solved(solutions, functions.sqrt(mul(volume, volume)))
     if n == 1:
-        inverse = 1.0 / matrix[0][0]  # written as one division that later right-hand sides share
+        inverse = functions.inverse(matrix[0][0])  # which later right-hand sides share
         return Solved([[mul(inverse, side[0])] for side in sides], matrix[0][0])
     lengths: Scalar = 1.0
     for number, row in enumerate(matrix):
@@ -54,7 +54,7 @@ def solve(
             square = mul(0.5, add(square, typical[number] ** 2))
         lengths = mul(lengths, square)
     if n <= 3:
-        solutions, determinant = _by_minors(matrix, sides)
+        solutions, determinant = _by_minors(matrix, sides, functions)
     else:
         solutions, determinant = _by_reflections(matrix, sides, functions)
     return Solved(solutions, determinant / functions.sqrt(lengths))
@@ -69,11 +69,11 @@ def inner(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
 
 
 def _by_minors(
-    m: Sequence[Sequence[Scalar]], sides: Sequence[Sequence[Scalar]]
+    m: Sequence[Sequence[Scalar]], sides: Sequence[Sequence[Scalar]], functions: Functions
 ) -> tuple[list[list[Scalar]], Scalar]:
     if len(m) == 2:
         determinant = sub(mul(m[0][0], m[1][1]), mul(m[0][1], m[1][0]))
-        scale = 1.0 / determinant
+        scale = functions.inverse(determinant)
         return [
             [
                 mul(scale, sub(mul(s[0], m[1][1]), mul(m[0][1], s[1]))),
@@ -84,7 +84,7 @@ def _by_minors(
     a, b, c = (Vector(row) for row in m)
     cofactors: list[Vector] = [cross(b, c), cross(c, a), cross(a, b)]
     determinant = dot(a, cofactors[0])
-    scale = 1.0 / determinant
+    scale = functions.inverse(determinant)
     solutions = []
     for s in sides:
         parts = [
@@ -104,7 +104,7 @@ def squared_volume(columns: Sequence[Sequence[Scalar]], functions: Functions) ->
     if len(columns) == 1:
         return products[0][0]
     if len(columns) <= 3:
-        return _by_minors(products, [])[1]
+        return _by_minors(products, [], functions)[1]
     return _by_reflections(products, [], functions)[1]
 
 
@@ -113,7 +113,7 @@ def _by_reflections(
 ) -> tuple[list[list[Scalar]], Scalar]:
     n = len(matrix[0])
     rows = [[*row, *(side[i] for side in sides)] for i, row in enumerate(matrix)]
-    rows, diagonal, determinant = _triangular(rows, n, functions)
+    rows, inverses, determinant = _triangular(rows, n, functions)
     solutions: list[list[Scalar]] = []
     for s in range(len(sides)):
         x: list[Scalar] = [0.0] * n
@@ -121,7 +121,7 @@ def _by_reflections(
             value = rows[i][n + s]
             for j in range(i + 1, n):
                 value = sub(value, mul(rows[i][j], x[j]))
-            x[i] = value / diagonal[i]
+            x[i] = mul(inverses[i], value)
         solutions.append(x)
     return solutions, determinant
 
@@ -129,13 +129,15 @@ def _by_reflections(
 def _triangular(
     rows: list[list[Scalar]], columns: int, functions: Functions
 ) -> tuple[list[list[Scalar]], list[Scalar], Scalar]:
-    """Rows (right-hand sides with them) made triangular: these, their diagonal, the determinant."""
+    """Rows (right-hand sides with them) made triangular: these, the inverses of their diagonal, the
+    determinant.
+    """
     n = len(rows)
     determinant: Scalar = 1.0
-    diagonal: list[Scalar] = []
+    inverses: list[Scalar] = []
     for k in range(columns):
         if all(type(rows[i][k]) is float and rows[i][k] == 0.0 for i in range(k + 1, n)):
-            diagonal.append(rows[k][k])  # nothing below to remove
+            inverses.append(functions.inverse(rows[k][k]))  # nothing below to remove
             determinant = mul(determinant, rows[k][k])
             continue
         square: Scalar = 0.0
@@ -144,16 +146,14 @@ def _triangular(
         length = functions.copysign(functions.sqrt(square), rows[k][k])
         v = [rows[i][k] for i in range(k, n)]
         v[0] = add(v[0], length)
-        vv: Scalar = 0.0
-        for entry in v:
-            vv = add(vv, mul(entry, entry))
+        half = functions.inverse(mul(length, v[0]))  # v v is twice that product
         for j in range(k + 1, len(rows[0])):
             product: Scalar = 0.0
             for i in range(k, n):
                 product = add(product, mul(v[i - k], rows[i][j]))
-            factor = mul(2.0, product) / vv
+            factor = mul(half, product)
             for i in range(k, n):
                 rows[i][j] = sub(rows[i][j], mul(factor, v[i - k]))
-        diagonal.append(-length)
+        inverses.append(-functions.inverse(length))
         determinant = mul(determinant, length)
-    return rows, diagonal, determinant
+    return rows, inverses, determinant

@@ -38,7 +38,9 @@ class Scalar(Protocol):
 
 
 class Functions(NamedTuple):
-    """The elementary functions of one kind of scalar."""
+    """The elementary functions of one kind of scalar. inverse: 1 / a, shared by all that is divided
+    by a.
+    """
 
     sin: Callable[[Any], Any]
     cos: Callable[[Any], Any]
@@ -46,10 +48,24 @@ class Functions(NamedTuple):
     atan2: Callable[[Any, Any], Any]
     minimum: Callable[[Any, Any], Any]
     copysign: Callable[[Any, Any], Any]
+    inverse: Callable[[Any], Any]
 
 
-FLOATS = Functions(math.sin, math.cos, math.sqrt, math.atan2, min, math.copysign)
-ARRAYS = Functions(np.sin, np.cos, np.sqrt, np.arctan2, np.minimum, np.copysign)
+def _atan2_of_floats(y: float, x: float) -> float:
+    return math.atan2(y + 0.0, x + 0.0)
+
+
+def _atan2_of_arrays(y: Any, x: Any) -> Any:
+    return np.arctan2(y + 0.0, x + 0.0)
+
+
+def _inverse(a: Any) -> Any:
+    return 1.0 / a
+
+
+# No zero is negative for the angle of a point: half a turn is π, not -π, whatever computes it.
+FLOATS = Functions(math.sin, math.cos, math.sqrt, _atan2_of_floats, min, math.copysign, _inverse)
+ARRAYS = Functions(np.sin, np.cos, np.sqrt, _atan2_of_arrays, np.minimum, np.copysign, _inverse)
 
 
 S = TypeVar("S", bound=Scalar, default=Scalar)

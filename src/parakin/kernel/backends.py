@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from parakin.algebra.arcs import atan2
 from parakin.algebra.spatial import ARRAYS, FLOATS, Functions, Scalar, as_array
 from parakin.arrays import FloatArray
 from parakin.kernel.forking import in_children, no_fork
@@ -96,7 +97,7 @@ def make_taylor(rows: ForwardRows, rtol: float) -> Taylor:
     hy.set_logger_level_error()
     taken = hy.make_vars(*(f"i{k}" for k in range(rows.state)))
     given = [hy.par[k] for k in range(rows.inputs - rows.state)]
-    found = accelerations(rows, [*taken, *given], _symbolic())
+    found = accelerations(rows, [*taken, *given], _symbolic(series=True))
     driven = len(rows.plan.driven)
     rates = [*taken[-1 - driven : -1], *found[: rows.state - driven]]
     equations = list(zip(taken, map(_constant, rates), strict=True))
@@ -159,8 +160,10 @@ def _constant(a: Scalar) -> Scalar:
     return hy.expression(float(a)) if isinstance(a, (int, float)) else a
 
 
-def _symbolic() -> Functions:
-    """The elementary functions of expressions, those of constants being worked out at once."""
+def _symbolic(*, series: bool = False) -> Functions:
+    """The elementary functions of expressions, those of constants being worked out at once.
+    series: expressions are to be expanded in time, for which a polynomial of an arc would be long.
+    """
     import heyoka as hy
 
     def lifted(symbolic: Any, plain: Any) -> Callable[..., Scalar]:
@@ -177,7 +180,19 @@ def _symbolic() -> Functions:
     def copysign(size: Scalar, sign: Scalar) -> Any:
         return hy.select(hy.lt(sign, _constant(0.0)), -size, size)
 
-    symbolic = Functions(hy.sin, hy.cos, hy.sqrt, hy.atan2, minimum, copysign)
+    def less(a: Scalar, b: Scalar) -> Any:
+        return hy.lt(_constant(a), _constant(b))
+
+    def arc(y: Scalar, x: Scalar) -> Any:
+        return atan2(y, x, hy.select, less)
+
+    def inverse(a: Scalar) -> Any:
+        # heyoka would make (1 / a) b into b / a, and divide once for each b, but for the condition,
+        # which never holds.
+        return hy.select(hy.lt(a, a), _constant(0.0), 1.0 / a)
+
+    divided = Functions(hy.sin, hy.cos, hy.sqrt, hy.atan2, minimum, copysign, lambda a: 1.0 / a)
+    symbolic = divided if series else divided._replace(atan2=arc, inverse=inverse)
     return Functions(*(lifted(f, g) for f, g in zip(symbolic, FLOATS, strict=True)))
 
 

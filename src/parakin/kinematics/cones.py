@@ -128,8 +128,9 @@ def cone_angle(
     angle = functions.atan2(sine, cosine)
     if derivatives < 1 or (type(square) is float and square == 0.0):  # zero in every pose
         return angle, 0.0, 0.0
-    first = -row.rate(circuits, end) / sine
+    inverse: Scalar = functions.inverse(sine)
+    first = -row.rate(circuits, end) * inverse
     if derivatives < 2:
         return angle, first, 0.0
-    second = -(row.acceleration(circuits, end) + cosine * first * first) / sine
+    second = -(row.acceleration(circuits, end) + cosine * first * first) * inverse
     return angle, first, second

@@ -109,7 +109,7 @@ class TangentAngle:
         (row,) = rows
         a, b = _value(base, k, row, AHEAD), _value(base, k, row, ACROSS)
         size = add(mul(a, a), mul(b, b))
-        scale = self.sign / functions.sqrt(size)
+        scale = mul(self.sign, functions.inverse(functions.sqrt(size)))
         turn = Turn(None, mul(b, scale), -mul(a, scale))
         return Solution(turn, _arm_figures(self, size))
 
@@ -133,7 +133,7 @@ class CosineAngle:
         size = add(mul(a, a), mul(b, b))
         reach = sub(size, mul(c, c))
         root = mul(self.sign, functions.sqrt(reach))
-        inverse = 1.0 / size
+        inverse = functions.inverse(size)
         cosine = mul(inverse, sub(mul(b, root), mul(a, c)))
         sine = -mul(inverse, add(mul(b, c), mul(a, root)))
         figures = (mul(reach, inverse), *_arm_figures(self, size))
@@ -156,7 +156,7 @@ class TwoRowAngle:
         cosine, sine = sub(mul(b, f), mul(c, e)), sub(mul(c, d), mul(a, f))
         # Both are over `across`, whose sign has to be kept when they are brought to length one.
         size = add(mul(cosine, cosine), mul(sine, sine))
-        scale = functions.copysign(1.0 / functions.sqrt(size), across)
+        scale = functions.copysign(functions.inverse(functions.sqrt(size)), across)
         lengths = mul(add(mul(a, a), mul(b, b)), add(mul(d, d), mul(e, e)))
         figure = mul(across, across) / lengths
         return Solution(Turn(None, mul(scale, cosine), mul(scale, sine)), unsigned=(figure,))

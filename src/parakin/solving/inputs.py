@@ -18,7 +18,7 @@ from parakin.kernel.outputs import Outputs
 from parakin.solving.status import TURNS, Layout, Status
 from parakin.solving.tick import Tick
 
-_WILD = 1e100  # numbers beyond this may overflow on the way to accelerations
+WILD = 1e100  # numbers beyond this may overflow on the way to accelerations
 
 
 class Start(NamedTuple):
@@ -53,6 +53,9 @@ def stacked(
     """Values of `count` driven coordinates and as many `derivatives`, one below the other, zero
     where not given. Raises InputError on arrays of the wrong shape.
     """
+    short = _stacked_alone(count, (y, *rates[:derivatives]))
+    if short is not None:
+        return short
     first = _numbers(y, "y")
     if first.ndim not in (1, 2) or first.shape[0] != count:
         raise InputError(
@@ -68,15 +71,26 @@ def stacked(
     return np.ascontiguousarray(np.concatenate(parts) if len(parts) > 1 else first)
 
 
+def _stacked_alone(count: int, parts: Sequence[object]) -> FloatArray | None:
+    """The same of arrays for one pose, as a control loop has them, for which all else would take as
+    long as the kernel; None of anything else.
+    """
+    for part in parts:
+        if type(part) is not np.ndarray or part.shape != (count,):
+            return None
+    whole: FloatArray = np.concatenate(parts)  # type: ignore[arg-type]
+    return whole if whole.dtype == np.float64 else None
+
+
 def all_bounded(*numbers: FloatArray) -> bool:
     """Whether all are numbers, and none so large that accelerations might overflow."""
     if numbers[0].ndim == 1:
-        return all(math.hypot(*some.tolist()) < _WILD for some in numbers)  # false of NaN
+        return all(math.hypot(*some.tolist()) < WILD for some in numbers)  # false of NaN
     with np.errstate(over="ignore", invalid="ignore"):
         for some in numbers:
             flat = some.ravel()
             # Not by BLAS: its threads hold a lock that would hang a process forked meanwhile.
-            if not np.einsum("i,i->", flat, flat) < _WILD * _WILD:
+            if not np.einsum("i,i->", flat, flat) < WILD * WILD:
                 return False
     return True
 
@@ -110,7 +124,7 @@ class Guesses:
         tick = guess if isinstance(guess, Tick) else None
         n = self.layout.reported
         if isinstance(guess, np.ndarray) and guess.shape == (n, *shape) and not self.hidden:
-            return Start(guess, guess[self.layout.iterated[0]])
+            return Start(guess, guess[self.layout.iterated[0]] if self.iterated else guess[:0])
         position = _numbers(guess, "guess") if tick is None else self._defined(tick)  # type: ignore[arg-type]
         if position.shape not in ((n,), (n, *shape)):
             each = f" or ({n}, {shape[0]})" if shape else ""
@@ -123,6 +137,8 @@ class Guesses:
         turned = None
         if tick is not None and len(self.turning) and len(tick.turned) == len(self.turning):
             turned = tick.turned
+        if not self.iterated:
+            return Start(position, position[:0], turned)
         if tick is None or not (self.hidden or len(tick.iterated)):
             return Start(position, position[self.layout.iterated[0]], turned)
         if tick.iterated.shape != (len(self.iterated), *position.shape[1:]):
@@ -131,6 +147,8 @@ class Guesses:
 
     def _defined(self, tick: Tick) -> FloatArray:
         """Positions of a tick, those angles at home that are not defined there."""
+        if type(tick.status) is int and tick.status != Status.ANGLES_UNDEFINED:
+            return tick.position
         undefined = np.asarray(tick.status) == Status.ANGLES_UNDEFINED
         if not undefined.any():
             return tick.position

@@ -52,7 +52,7 @@ class Poses:
             good = 0 if out.ndim == 1 else np.zeros(out.shape[1], dtype=np.int8)
             return answers.tick(out, good, np.nan, np.nan)
         alone = out.ndim == 1 and within is None and not walked
-        if plain and alone and not answers.layout.undefined:
+        if plain and alone and answers.layout.plainly_defined(out):
             residual, conditioning, _, size, _ = out[outputs.figures].tolist()
             closed = residual <= RESIDUAL * size and conditioning >= SINGULAR
             if closed and chart.limits.kept(out):

@@ -28,6 +28,7 @@ from parakin.solving.applied import Efforts
 from parakin.solving.atlas import Atlas
 from parakin.solving.behind import forces_behind
 from parakin.solving.bodies import points_of
+from parakin.solving.bound import Bound
 from parakin.solving.charts import Chart, counted
 from parakin.solving.forces import Mechanics
 from parakin.solving.from_home import home_values
@@ -173,6 +174,12 @@ class Solver:
             self.chart, self._locks, asked, inputs, tick, loads, turning, parallel=parallel
         )
         return tick._replace(forces=found)
+
+    def bound(self) -> Bound:
+        """The solver with arrays of its own for one pose after another, several times as fast as
+        `at` returns one; as many as there are loops that need one.
+        """
+        return Bound(self._poses)
 
     def _repr_html_(self) -> str:
         return solver_html(self, self._labels.units)

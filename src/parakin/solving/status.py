@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from parakin.arrays import BoolArray, FloatArray, IndexArray, StatusArray
+from parakin.caching import cached_property
 from parakin.kernel.outputs import Outputs
 
 RESIDUAL = 1e-12  # of the lengths subtracted in the loops: a residual that counts as closed
@@ -18,6 +19,7 @@ RESIDUAL = 1e-12  # of the lengths subtracted in the loops: a residual that coun
 # So do those of a cone angle, by its sine.
 LOCKED = (1e-8, 1e-5, 3e-4, 2e-3)
 _UPRIGHT = 1.5  # rad: angles smaller than this have no small cosine
+_ASIDE = 3e-3  # rad: nor do angles farther than this from 0 and a half turn have a small sine
 TURNS = 1e6  # of an angle: beyond them it is not known to 1e-9 rad
 SINGULAR = 1e-6  # conditioning below this leaves no digits to trust in accelerations
 
@@ -93,10 +95,34 @@ class Layout:
     cones: tuple[int, ...]
     watched: Watched
 
-    @property
+    @cached_property
     def undefined(self) -> bool:
         """Whether something in it is not defined everywhere."""
         return bool(self.triples or (self.cones and self.outputs.derivatives))
+
+    def plainly_defined(self, out: FloatArray) -> bool:
+        """Whether all in outputs (rows,) of one pose is defined, as a glance shows; what is near a
+        lock, or NaN, it leaves to `blank_undefined`.
+        """
+        if not self.undefined:
+            return True
+        rows, least, most = self._definite
+        sizes = map(abs, out[rows].tolist())
+        return all(a <= x <= b for a, x, b in zip(least, sizes, most, strict=True))
+
+    @cached_property
+    def _definite(self) -> tuple[list[int], list[float], list[float]]:
+        """Rows of angles that tell, and between which sizes they do: with a cosine or a sine that
+        is not small.
+        """
+        found = [
+            (t.second, _ASIDE, np.pi - _ASIDE) if t.same else (t.second, 0.0, _UPRIGHT)
+            for t in self.triples
+        ]
+        if self.outputs.derivatives:
+            found += [(row, _ASIDE, np.pi - _ASIDE) for row in self.cones]
+        rows, least, most = zip(*found, strict=True)
+        return list(rows), list(least), list(most)
 
 
 class Watched(NamedTuple):

@@ -93,8 +93,8 @@ def _functions(statements: _Statements) -> Functions:
         return apply
 
     patterns = (
-        *("sin({})", "cos({})", "sqrt({})", "atan2({}, {})"),
-        *("{1} < {0} ? {1} : {0}", "{1} < 0.0 ? -{0} : {0}"),
+        *("sin({})", "cos({})", "sqrt({})", "atan2({} + 0.0, {} + 0.0)"),
+        *("{1} < {0} ? {1} : {0}", "{1} < 0.0 ? -{0} : {0}", "1.0 / {}"),
     )
     return Functions(*(function(p, f) for p, f in zip(patterns, FLOATS, strict=True)))
 
