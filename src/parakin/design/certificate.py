@@ -45,11 +45,11 @@ def certify(
     """Prove by interval arithmetic that every pose of a box keeps every limit.
 
     within: low and high of driven coordinates [m or rad, or text with units], the pose between
-    them; the others stay as at the pose. pose: positions of driven coordinates, by name, home's where not given. velocities:
-    of driven coordinates, either way, which they may have all at once [m/s or rad/s], for the
-    limits of velocities to count too. least_conditioning: how near to a singularity a pose may be,
-    1 being as firm as home. boxes: as many parts of the box are looked at at most. parameters: of
-    another design, for which `Solver.with_design` compiles.
+    them; the others stay as at the pose. pose: positions of driven coordinates, by name, home's
+    where not given. velocities: of driven coordinates, either way, which they may have all at once
+    [m/s or rad/s], for the limits of velocities to count too. least_conditioning: how near to a
+    singularity a pose may be, 1 being as firm as home. boxes: as many parts of the box are looked
+    at at most. parameters: of another design, for which `Solver.with_design` compiles.
 
     Proved is, of all poses of the box and not of samples of it: that loops close there on home's
     branch, within the declared limits of positions and cone angles (but for rounding, as
