@@ -352,7 +352,12 @@ def test_a_cavity_is_found(tmp_path: Path) -> None:
         ({"kind": "dextrous"}, "kind"),
         ({"over": ["platform.x"]}, "two or three"),
         ({"over": ["platform.x", "platform.x"]}, "twice"),
-        ({"over": ["platform.x", "platform.roll"]}, "slides alone"),
+        (
+            {"over": ["platform.x", "platform.roll"], "kind": "constant-orientation"},
+            "'platform.roll' in a workspace of kind constant-orientation; expected slides alone",
+        ),
+        ({"over": XY, "kind": "mixed"}, "slides alone in a workspace of kind mixed"),
+        ({"kind": "mixed"}, "over: found 6 driven coordinates of the platform; expected two or"),
         ({"over": ["platform.x", "platform.q"]}, "not driven"),
         ({"kind": "orientation", "over": XY}, "angles alone"),
         ({"kind": "reachable"}, "orientations"),
@@ -374,7 +379,7 @@ def test_a_cavity_is_found(tmp_path: Path) -> None:
             {"over": XY, "kind": "reachable", "orientations": 5},
             "orientations: found 5; expected a list",
         ),
-        ({"over": "platform.x"}, "over: found 1 coordinates; expected two or three"),
+        ({"over": "platform.x"}, "over: found one coordinate alone; expected two or three"),
     ],
 )
 def test_bad_input_is_named(options: dict[str, Any], words: str) -> None:

@@ -148,7 +148,7 @@ def test_commands_about_design_say_what_is_shown(capsys: pytest.CaptureFixture[s
     shown = re.findall(
         r"^```bash\nparakin ([^\n]*)\n```\n\n```text\n(.*?)^```$", text, re.DOTALL | re.M
     )
-    assert len(shown) == 6
+    assert len(shown) == 7
     for command, expected in shown:
         main(shlex.split(command))
         said = capsys.readouterr().out.splitlines()

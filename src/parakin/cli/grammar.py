@@ -142,9 +142,8 @@ def _add_workspace(commands: _Commands) -> None:
     space.add_argument(
         "--kind",
         metavar="KIND",
-        default="constant-orientation",
-        help="constant-orientation (as it is by default), orientation (at a point), reachable or "
-        "dexterous (with any, or all, of --orientations)",
+        help="constant-orientation, orientation or mixed (of slides, angles or both, told by what "
+        "is moved), reachable or dexterous (with any, or all, of --orientations)",
     )
     space.add_argument(
         "--orientations",

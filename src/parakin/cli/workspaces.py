@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from parakin.cli.inputs import check_outputs, load_mechanism, names_in, of_driven, parameters
 from parakin.cli.streams import say, tell
 from parakin.design.choice import driven_for
+from parakin.design.moving import moving
 from parakin.design.workspace import workspace
-from parakin.errors import InputError, printable
+from parakin.errors import InputError, nearest, printable
 from parakin.files import surfaces, tables
 from parakin.files.writing import check_suffix
 from parakin.model.expressions import Parameters
@@ -38,22 +40,21 @@ def workspaces(options: argparse.Namespace) -> int:
     solver = compile_mechanism(
         mechanism, names_in(options.driven, "--driven") or driven_for(mechanism)
     )
-    over = names_in(options.over, "--over")
-    if _surface(options) and (options.kind == "orientation" or (over and len(over) != 3)):
-        raise InputError(str(options.output), "no surface in space", "three slides to move")
+    kind, over = moving(solver, names_in(options.over, "--over"), options.kind)
+    if _surface(options) and (len(over) != 3 or any(map(solver.graph.is_angle, over))):
+        what = f"a workspace over {', '.join(over)}, which is no surface in space"
+        raise InputError(str(options.output), what, "three slides to move")
     found = workspace(
         solver,
         of_driven(solver, options.pose, "--from"),
         over=over,
-        kind=options.kind,
+        kind=kind,
         orientations=_orientations(solver, options.orientations),
         within=_within(solver, options),
         points=options.points,
         least_conditioning=options.least_conditioning,
-        proportions=_proportions(solver, options),
+        proportions=_proportions(solver, over, options),
     )
-    if _surface(options) and found.sizes["over"] != 3:
-        raise InputError(str(options.output), "no surface in space", "three slides to move")
     _deliver(found, options)
     return 1 if found.attrs["stopped"] else 0
 
@@ -85,10 +86,21 @@ def _within(solver: Solver, options: argparse.Namespace) -> dict[str, tuple[floa
     return found
 
 
-def _proportions(solver: Solver, options: argparse.Namespace) -> dict[str, float] | None:
+def _proportions(
+    solver: Solver, over: Sequence[str], options: argparse.Namespace
+) -> dict[str, float] | None:
+    """Bare numbers, or, where slides and angles are mixed, lengths and angles [SI]."""
     evaluate = Parameters(solver.mechanism.parameters, solver.mechanism.where).evaluate
     texts = parameters(options.proportions, "--proportions")
-    found = {name: evaluate(text, BARE, f"--proportions {name}") for name, text in texts.items()}
+    for name in texts:
+        if name not in over:
+            raise InputError("--proportions", repr(name), nearest(name, over))
+    angles = {name: solver.graph.is_angle(name) for name in over}
+    mixed = len(set(angles.values())) > 1
+    found = {}
+    for name, text in texts.items():
+        dimension = (LENGTH, ANGLE)[angles[name]] if mixed else BARE
+        found[name] = evaluate(text, dimension, f"--proportions {name}")
     return found or None
 
 

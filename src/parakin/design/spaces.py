@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -29,7 +30,7 @@ class Space(NamedTuple):
     poses: FloatArray
 
 
-def told(space: Space, probe: Probe, region: Region, proportions: FloatArray) -> xr.Dataset:
+def told(space: Space, probe: Probe, region: Region, proportions: FloatArray | None) -> xr.Dataset:
     """All that was found, as described at `parakin.workspace`."""
     import xarray as xr
 
@@ -43,7 +44,9 @@ def told(space: Space, probe: Probe, region: Region, proportions: FloatArray) ->
     words, of_word = _words(probe, known)
     numbers = of_word[numbers][1:]
     ends = np.array([own.min(axis=(0, 1)), own.max(axis=(0, 1))]).T
-    relative = own - space.middle
+    relative, mixed = own - space.middle, len(set(_units(space.solver, moved))) > 1
+    if proportions is None:
+        proportions = ends[:, 1] - ends[:, 0] if mixed else np.ones(len(moved))
     data: dict[str, Any] = {
         "inside": (moved, inside),
         "connected": (moved, region.labels == region.home),
@@ -59,7 +62,7 @@ def told(space: Space, probe: Probe, region: Region, proportions: FloatArray) ->
         "size": region.size,
         "size_uncertainty": _unsure(region.size, *region.coarse),
         "extent": (("over", "end"), ends),
-        "radius": radius(relative),
+        "radius": np.nan if mixed else radius(relative),  # of metres and radians there is none
         "half_width": ("over", half_width(relative / proportions) * proportions),
         "islands": ("island", region.islands),
         "holes": ("hole", region.holes),
@@ -92,19 +95,22 @@ def _asked(space: Space) -> dict[str, Any]:
 
 
 def _coordinates(space: Space) -> dict[str, Any]:
-    graph, driven = space.solver.graph, space.solver.driven
+    solver = space.solver
     return {
         "over": list(space.moved),
+        "over_unit": ("over", _units(solver, space.moved)),
         "end": ["low", "high"],
-        "driven": list(driven),
-        "driven_unit": ("driven", ["rad" if graph.is_angle(name) else "m" for name in driven]),
+        "driven": list(solver.driven),
+        "driven_unit": ("driven", _units(solver, solver.driven)),
     }
 
 
+def _units(solver: Solver, names: Sequence[str]) -> list[str]:
+    return ["rad" if solver.graph.is_angle(name) else "m" for name in names]
+
+
 def _attrs(space: Space, stopped: str) -> dict[str, str]:
-    unit = "rad" if space.solver.graph.is_angle(space.moved[0]) else "m"
-    name = space.solver.mechanism.name
-    return {"mechanism": name, "kind": space.kind, "unit": unit, "stopped": stopped}
+    return {"mechanism": space.solver.mechanism.name, "kind": space.kind, "stopped": stopped}
 
 
 def _words(probe: Probe, codes: IndexArray) -> tuple[list[str], IndexArray]:

@@ -11,6 +11,7 @@ import numpy as np
 from parakin.arrays import BoolArray, FloatArray
 from parakin.design.asked import check_conditioning, check_table, positions
 from parakin.design.grids import Box, around, box_around, grid_over, widened
+from parakin.design.moving import moving
 from parakin.design.probing import Probe
 from parakin.design.region import Region, region_of
 from parakin.design.spaces import Space, no_workspace, told
@@ -23,7 +24,6 @@ from parakin.solving.solver import Solver
 if TYPE_CHECKING:
     import xarray as xr
 
-KINDS = ("constant-orientation", "orientation", "reachable", "dexterous")
 POINTS = {2: 201, 3: 49}  # by default, along each side
 _POINTS = {2: (9, 2001), 3: (9, 201)}
 _FAR = 20.0  # characteristic lengths, or half a turn: farther is not looked
@@ -35,7 +35,7 @@ def workspace(
     pose: Mapping[str, float] | None = None,
     *,
     over: Sequence[str] | None = None,
-    kind: str = "constant-orientation",
+    kind: str | None = None,
     orientations: Sequence[Mapping[str, float]] | None = None,
     within: Mapping[str, tuple[float, float]] | None = None,
     points: int | None = None,
@@ -45,13 +45,15 @@ def workspace(
     """Where two or three of the driven coordinates can go from a pose, the others held as there.
 
     pose: positions of driven coordinates, by name [m or rad], home's where not given. over: those
-    moved, of the platform; by default all that the kind is about. kind: "constant-orientation" and
-    "orientation" move slides, or angles, of the pose; "reachable" and "dexterous" move slides in
-    any, or in all, of `orientations`: angles by driven coordinate, the pose's where not given.
+    moved; by default all that the kind is about, and of no kind the platform's slides, or, if there
+    are not two or three, all of it that is driven. kind: "constant-orientation", "orientation" and
+    "mixed" move slides, angles, or both, of the pose, and need not be given; "reachable" and
+    "dexterous" move slides in any, or in all, of `orientations`: angles by driven coordinate, the
+    pose's where not given.
     within: what to look at of coordinates, low and high, by default a box around what is connected
     to the pose. points: nodes of the grid along each side. least_conditioning: how near to a
     singularity it may come, 1 being as firm as home. proportions: of the box that is to fit, by
-    coordinate; a cube by default.
+    coordinate; a cube by default, and those of the extents where slides and angles are mixed.
 
     A point belongs to the workspace if loops close there on home's branch within every declared
     limit of positions and cone angles, and with the conditioning asked for. It is reached if it is
@@ -64,7 +66,8 @@ def workspace(
     or triangles, with `boundary_stopped_by` (by corner) and `boundary_connected`. Of what is
     connected: `size`, the area or volume; `size_uncertainty`, by the differences from grids of half
     and a quarter as many points; `extent` over `over` and `end`; `radius` of the largest circle or
-    ball about the pose; `half_width` (over `over`) of the largest box. `holes` and `islands`: their
+    ball about the pose, NaN where slides and angles are mixed; `half_width` (over `over`) of the
+    largest box. `holes` and `islands`: their
     sizes, largest first. Over `orientation` and `driven`: `poses`, in any or all of which points
     are to be reached. Attributes: `mechanism`, `kind`, `unit`; `stopped`: what is wrong with the
     pose, all else then being left out.
@@ -72,7 +75,7 @@ def workspace(
     """
     refuse_lean(solver.reported)
     check_conditioning(least_conditioning)
-    moved = _moved(solver, over, kind)
+    kind, moved = moving(solver, over, kind)
     home = np.array([solver.home[name] for name in solver.driven])
     y = positions(solver, pose, "pose", home)
     poses = _poses(solver, y, kind, orientations)
@@ -108,35 +111,6 @@ def _looked_at(
             break
         box = wider
     return region
-
-
-def _moved(solver: Solver, over: Sequence[str] | None, kind: str) -> tuple[str, ...]:
-    """The coordinates to move. Raises InputError."""
-    if kind not in KINDS:
-        raise InputError("kind", repr(kind), nearest(str(kind), KINDS))
-    angles = kind == "orientation"
-    fitting = tuple(n for n in solver.driven if solver.graph.is_angle(n) == angles)
-    what = "angles" if angles else "slides"
-    platform = tuple(name for name in fitting if name.startswith("platform."))
-    over = (over,) if isinstance(over, str) else over
-    moved = (platform or fitting) if over is None else tuple(over)
-    for name in moved:
-        if name not in solver.driven:
-            raise InputError(
-                "over", f"{name!r}, which is not driven", nearest(str(name), solver.driven)
-            )
-        if name not in fitting:
-            raise InputError("over", f"{name!r} in a workspace of kind {kind}", f"{what} alone")
-    if len(set(moved)) != len(moved):
-        raise InputError("over", "a coordinate twice", "each once")
-    if len(moved) not in POINTS:
-        count = (
-            f"{len(moved)} driven {what} of the platform"
-            if over is None
-            else f"{len(moved)} coordinates"
-        )
-        raise InputError("over", count, "two or three to move")
-    return moved
 
 
 def _poses(
@@ -196,10 +170,10 @@ def _count(points: int | None, d: int) -> int:
     return int(points)
 
 
-def _proportions(moved: tuple[str, ...], given: Mapping[str, float] | None) -> FloatArray:
-    """One positive number for each coordinate moved (d,). Raises InputError."""
+def _proportions(moved: tuple[str, ...], given: Mapping[str, float] | None) -> FloatArray | None:
+    """One positive number for each coordinate moved (d,), if any is given. Raises InputError."""
     if given is None:
-        return np.ones(len(moved))
+        return None
     check_table(given, "proportions")
     for name in (*given, *moved):
         if name not in moved:
