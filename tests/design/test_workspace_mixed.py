@@ -52,8 +52,8 @@ def legs(roll: np.ndarray, pitch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     tops[:, 1] -= 0.25 * turns[:, 1, 0][:, None]
     aside = tops[:, 1] * OUT[0] - tops[:, 0] * OUT[1]
     assert np.abs(aside).max() < 1e-14  # in their planes
-    flat: np.ndarray = ((tops - 0.4 * OUT)[:, :2] * OUT[:2]).sum(axis=1).T
-    return flat, tops[:, 2].T
+    flat = ((tops - 0.4 * OUT)[:, :2] * OUT[:2]).sum(axis=1).T
+    return np.asarray(flat), np.asarray(tops[:, 2].T)
 
 
 def heights(roll: np.ndarray, pitch: np.ndarray) -> np.ndarray:
@@ -61,7 +61,7 @@ def heights(roll: np.ndarray, pitch: np.ndarray) -> np.ndarray:
     flat, up = legs(roll, pitch)
     low = (np.sqrt(LOW**2 - flat**2) - up).max(axis=0)
     high = (np.sqrt(HIGH**2 - flat**2) - up).min(axis=0)
-    return np.maximum(high - low, 0.0)
+    return np.asarray(np.maximum(high - low, 0.0))
 
 
 def integral(count: int) -> float:

@@ -11,6 +11,7 @@ from parakin.arrays import FloatArray, IndexArray
 from parakin.design.clearance import half_width, radius
 from parakin.design.probing import Probe
 from parakin.design.region import Region
+from parakin.design.tilts import largest_tilt
 from parakin.solving.solver import Solver
 
 if TYPE_CHECKING:
@@ -63,6 +64,7 @@ def told(space: Space, probe: Probe, region: Region, proportions: FloatArray | N
         "size_uncertainty": _unsure(region.size, *region.coarse),
         "extent": (("over", "end"), ends),
         "radius": np.nan if mixed else radius(relative),  # of metres and radians there is none
+        "tilt": largest_tilt(space.solver, moved, space.pose, region.facets),
         "half_width": ("over", half_width(relative / proportions) * proportions),
         "islands": ("island", region.islands),
         "holes": ("hole", region.holes),

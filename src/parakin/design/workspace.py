@@ -67,7 +67,8 @@ def workspace(
     connected: `size`, the area or volume; `size_uncertainty`, by the differences from grids of half
     and a quarter as many points; `extent` over `over` and `end`; `radius` of the largest circle or
     ball about the pose, NaN where slides and angles are mixed; `half_width` (over `over`) of the
-    largest box. `holes` and `islands`: their
+    largest box; over two angles that tilt the platform to all sides `tilt` [rad], by less than
+    which its z axis may tilt in every direction, else NaN. `holes` and `islands`: their
     sizes, largest first. Over `orientation` and `driven`: `poses`, in any or all of which points
     are to be reached. Attributes: `mechanism`, `kind`, `unit`; `stopped`: what is wrong with the
     pose, all else then being left out.

@@ -79,9 +79,16 @@ def _room(found: xr.Dataset) -> list[Text]:
         half = " x ".join(f"{one} {unit.name}" for one, unit in zip(halves, units, strict=True))
         return [Text(f"largest {flat} about the pose: {half}")]
     radius = units[0].plain(float(found["radius"]), forms[0])
+    tilt = float(found["tilt"])
+    cone = (
+        []
+        if np.isnan(tilt)
+        else [Text(f"largest tilt in every direction: {units[0].plain(tilt, forms[0])}")]
+    )
     return [
         Text(f"largest {round_} about the pose: radius {radius}"),
         Text(f"largest {flat} about the pose: {' x '.join(halves)} {units[0].name}"),
+        *cone,
     ]
 
 
