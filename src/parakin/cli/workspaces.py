@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
     from parakin.solving.solver import Solver
 
+_LINES = {"stroke": "stroke_left", "conditioning": "conditioning", "effort": "effort"}
+
 
 def workspaces(options: argparse.Namespace) -> int:
     """Find, write, draw and tell. Returns 1 where there is no pose to count from."""
@@ -41,6 +43,7 @@ def workspaces(options: argparse.Namespace) -> int:
         mechanism, names_in(options.driven, "--driven") or driven_for(mechanism)
     )
     kind, over = moving(solver, names_in(options.over, "--over"), options.kind)
+    lines = _lines(options, over)
     if _surface(options) and (len(over) != 3 or any(map(solver.graph.is_angle, over))):
         what = f"a workspace over {', '.join(over)}, which is no surface in space"
         raise InputError(str(options.output), what, "three slides to move")
@@ -52,10 +55,11 @@ def workspaces(options: argparse.Namespace) -> int:
         orientations=_orientations(solver, options.orientations),
         within=_within(solver, options),
         points=options.points,
+        forces=options.forces or bool(options.payload),
         least_conditioning=options.least_conditioning,
         proportions=_proportions(solver, over, options),
     )
-    _deliver(found, options)
+    _deliver(found, options, lines)
     return 1 if found.attrs["stopped"] else 0
 
 
@@ -104,10 +108,26 @@ def _proportions(
     return found or None
 
 
-def _deliver(found: xr.Dataset, options: argparse.Namespace) -> None:
+def _lines(options: argparse.Namespace, over: Sequence[str]) -> str | None:
+    """What the lines in the figure are of, if it is said. Raises InputError."""
+    if options.lines is None:
+        return None
+    if options.lines not in _LINES:
+        raise InputError("--lines", repr(options.lines), nearest(options.lines, _LINES))
+    if options.plot is None:
+        raise InputError("--lines", "no figure", "--plot FILE, to draw them in")
+    if len(over) != 2:
+        raise InputError("--lines", f"{len(over)} coordinates to move", "two, as of a slice")
+    return _LINES[options.lines]
+
+
+def _deliver(found: xr.Dataset, options: argparse.Namespace, lines: str | None) -> None:
     """Write, draw and tell."""
     written = []
     known = not found.attrs["stopped"]
+    figure = None
+    if options.plot is not None and known:
+        figure = workspace_plot.workspaces(found, title=found.attrs["mechanism"], lines=lines)
     if options.output is not None and known:
         written.append(options.output)
         if _surface(options):
@@ -115,10 +135,9 @@ def _deliver(found: xr.Dataset, options: argparse.Namespace) -> None:
             surfaces.write(found["boundary"].values[own], options.output)
         else:
             tables.write(workspace_text.frame(found), found, options.output)
-    if options.plot is not None and known:
+    if figure is not None:
         written.append(options.plot)
-        title = found.attrs["mechanism"]
-        save(workspace_plot.workspaces(found, title=title), options.plot)
+        save(figure, options.plot)
     say(workspace_text.workspace_report(found))
     if not known and (options.output is not None or options.plot is not None):
         tell("no workspace, so nothing was written")

@@ -31,12 +31,14 @@ class Space(NamedTuple):
     poses: FloatArray
 
 
-def told(space: Space, probe: Probe, region: Region, proportions: FloatArray | None) -> xr.Dataset:
-    """All that was found, as described at `parakin.workspace`."""
+def told(
+    space: Space, probe: Probe, region: Region, proportions: FloatArray | None, unknown: str
+) -> xr.Dataset:
+    """All that was found, as described at `parakin.workspace`. unknown: why efforts are, or ""."""
     import xarray as xr
 
     inside, moved = region.inside, space.moved
-    left = np.full((2, inside.size), np.nan)
+    left = np.full((3, inside.size), np.nan)
     left[:, inside.ravel()] = probe.left(region.grid.points[inside.ravel()])
     own = region.facets[region.own]
     known, numbers = np.unique(
@@ -54,6 +56,7 @@ def told(space: Space, probe: Probe, region: Region, proportions: FloatArray | N
         "stopped_by": (moved, numbers[: inside.size].reshape(inside.shape)),
         "conditioning": (moved, left[0].reshape(inside.shape)),
         "stroke_left": (moved, left[1].reshape(inside.shape)),
+        "effort": (moved, left[2].reshape(inside.shape), {"not_known": unknown}),
         "boundary": (("facet", "corner", "over"), region.facets),
         "boundary_stopped_by": (
             ("facet", "corner"),

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from parakin.arrays import BoolArray, FloatArray
 from parakin.design.asked import check_conditioning, check_table, positions
@@ -15,7 +16,7 @@ from parakin.design.moving import moving
 from parakin.design.probing import Probe
 from parakin.design.region import Region, region_of
 from parakin.design.spaces import Space, no_workspace, told
-from parakin.design.strength import Firmness
+from parakin.design.strength import Firmness, efforts_if_known, limited_efforts
 from parakin.errors import InputError, nearest
 from parakin.solving.forces import is_finite
 from parakin.solving.inputs import refuse_lean
@@ -39,6 +40,8 @@ def workspace(
     orientations: Sequence[Mapping[str, float]] | None = None,
     within: Mapping[str, tuple[float, float]] | None = None,
     points: int | None = None,
+    forces: bool = False,
+    loads: Mapping[str, ArrayLike] | None = None,
     least_conditioning: float | None = None,
     proportions: Mapping[str, float] | None = None,
 ) -> xr.Dataset:
@@ -51,28 +54,31 @@ def workspace(
     "dexterous" move slides in any, or in all, of `orientations`: angles by driven coordinate, the
     pose's where not given.
     within: what to look at of coordinates, low and high, by default a box around what is connected
-    to the pose. points: nodes of the grid along each side. least_conditioning: how near to a
-    singularity it may come, 1 being as firm as home. proportions: of the box that is to fit, by
+    to the pose. points: nodes of the grid along each side. forces: limits of efforts at rest count
+    too; loads: as of `Solver.solve`. least_conditioning: how near to a singularity it may come, 1
+    being as firm as home. proportions: of the box that is to fit, by
     coordinate; a cube by default, and those of the extents where slides and angles are mixed.
 
     A point belongs to the workspace if loops close there on home's branch within every declared
-    limit of positions and cone angles, and with the conditioning asked for. It is reached if it is
-    connected to the pose; an island beyond a gap is not. The boundary is located on the edges of
-    the grid to 1e-9 of them, and areas and volumes are those inside of it.
+    limit of positions and cone angles, and with the conditioning and efforts asked for. It is
+    reached if it is connected to the pose; an island beyond a gap is not. The boundary is located
+    on the edges of the grid to 1e-9 of them, and areas and volumes are those inside of it.
 
     Result, over the coordinates moved: `inside`, `connected` (to the pose), `stopped_by` (a number
     among `stop`, which are words; 0 for nothing), `conditioning`, `stroke_left` (the least part of
-    a stroke to its nearer end); NaN outside. Over `facet`, `corner` and `over`: `boundary`, lines
-    or triangles, with `boundary_stopped_by` (by corner) and `boundary_connected`. Of what is
-    connected: `size`, the area or volume; `size_uncertainty`, by the differences from grids of half
-    and a quarter as many points; `extent` over `over` and `end`; `radius` of the largest circle or
-    ball about the pose, NaN where slides and angles are mixed; `half_width` (over `over`) of the
-    largest box; over two angles that tilt the platform to all sides `tilt` [rad], by less than
-    which its z axis may tilt in every direction, else NaN. `holes` and `islands`: their
-    sizes, largest first. Over `orientation` and `driven`: `poses`, in any or all of which points
-    are to be reached. Attributes: `mechanism`, `kind`, `unit`; `stopped`: what is wrong with the
-    pose, all else then being left out.
-    Raises InputError on unknown names, values that are not finite, and a lean solver.
+    a stroke to its nearer end), `effort` (the greatest at rest, as a part of its drive's
+    `max_effort`; attribute `not_known` says why it is not); NaN outside. Over `facet`, `corner` and
+    `over`: `boundary`, lines or triangles, with `boundary_stopped_by` (by corner) and
+    `boundary_connected`. Of what is connected: `size`, the area or volume; `size_uncertainty`, by
+    the differences from grids of half and a quarter as many points; `extent` over `over` and `end`;
+    `radius` of the largest circle or ball about the pose, NaN where slides and angles are mixed;
+    `half_width` (over `over`) of the largest box; over two angles that tilt the platform to all
+    sides `tilt` [rad], by less than which its z axis may tilt in every direction, else NaN. `holes`
+    and `islands`: their sizes, largest first. Over `orientation` and `driven`: `poses`, in any or
+    all of which points are to be reached. `over_unit` (over `over`). Attributes: `mechanism`,
+    `kind`; `stopped`: what is wrong with the pose, all else then being left out.
+    Raises InputError on unknown names, values that are not finite, a lean solver, and `forces`
+    where efforts are not known or have no bounds.
     """
     refuse_lean(solver.reported)
     check_conditioning(least_conditioning)
@@ -85,14 +91,20 @@ def workspace(
     most = _most(solver, moved, middle, {} if within is None else within)
     count, shape = _count(points, len(moved)), _proportions(moved, proportions)
     every = kind != "reachable"
-    probe = Probe(solver, numbers, poses, every, *most, Firmness(solver), least_conditioning)
+    efforts, unknown = efforts_if_known(solver, loads)
+    if forces:
+        efforts = limited_efforts(solver, loads)
+    probe = Probe(
+        *(solver, numbers, poses, every, *most),
+        *(Firmness(solver), least_conditioning, efforts, bool(forces)),
+    )
     space = Space(solver, kind, moved, y, middle, poses)
     (wrong,) = probe.wrong(middle[None])
     if wrong:
         return no_workspace(space, probe.words(int(wrong)))
     named = np.array([name in (within or {}) for name in moved])
     units = np.array([1.0 if solver.graph.is_angle(n) else solver.graph.length for n in moved])
-    return told(space, probe, _looked_at(probe, middle, named, units, count), shape)
+    return told(space, probe, _looked_at(probe, middle, named, units, count), shape, unknown)
 
 
 def _looked_at(

@@ -23,35 +23,52 @@ _INSIDE, _ISLAND, _REST = "#EDF3F7", "#FFFFFF", "#666666"
 _AZIMUTH = -52.0  # degrees, that a surface is seen from
 _ROOM = 0.05  # around a slice, of its longer side
 _NAMED = 13  # things that limit most of the boundary; the rest is drawn alike
-_SHOWN = {"stroke_left": "stroke left [%]", "conditioning": "conditioning"}
+_SHOWN = {
+    "stroke_left": "stroke left [%]",
+    "conditioning": "conditioning",
+    "effort": "effort at rest [% of max_effort]",
+}
+_PERCENT = ("stroke_left", "effort")
 
 
-def workspaces(found: xr.Dataset, title: str = "", by: str | None = None) -> Figure:
-    """The region in two coordinates with lines of equal stroke left, or of what `by` names
-    ("stroke_left", "conditioning"); the surface in three. The boundary is coloured by what limits
-    it; the pose is marked; islands are hatched. Lengths in millimetres, angles in degrees. Raises
-    InputError where there is nothing to draw.
+def workspaces(found: xr.Dataset, title: str = "", lines: str | None = None) -> Figure:
+    """The region in two coordinates with lines of equal stroke left, or of what `lines` names
+    ("stroke_left", "conditioning", "effort"); the surface in three. The boundary is coloured by
+    what limits it; the pose is marked; islands are hatched. Lengths in millimetres, angles in
+    degrees. Raises InputError where there is nothing to draw.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
     if found.attrs["stopped"]:
         raise InputError("workspace", found.attrs["stopped"], "a pose to count from")
-    if by is not None and by not in _SHOWN:
-        raise InputError("by", repr(by), " or ".join(_SHOWN))
+    if lines is not None:
+        _check_lines(found, lines)
     style: dict[Any, Any] = {"font.size": 9, "svg.fonttype": "none", "pdf.fonttype": 42}
     with mpl.rc_context(style | {"axes.linewidth": 0.6}):
         figure = Figure(figsize=_size(found), layout="constrained")
         colours = _colours(found)
         if found.sizes["over"] == 2:
             known = bool(np.isfinite(found["stroke_left"].values).any())
-            _draw_slice(figure, found, colours, by or ("conditioning", "stroke_left")[known])
+            _draw_slice(figure, found, colours, lines or ("conditioning", "stroke_left")[known])
         else:
             _draw_surface(figure, found, colours)
         _draw_legend(figure, found, colours)
         if title:
             figure.suptitle(title, fontsize=10, parse_math=False)
+        if found.sizes["over"] == 2:
+            figure.draw_without_rendering()  # equal axes move ticks: one layout cuts labels off
     return figure
+
+
+def _check_lines(found: xr.Dataset, lines: str) -> None:
+    if lines not in _SHOWN:
+        raise InputError("lines", repr(lines), " or ".join(_SHOWN))
+    if found.sizes["over"] != 2:
+        raise InputError("lines", "a surface", "two coordinates to move")
+    if not np.isfinite(found[lines].values).any():
+        why = found[lines].attrs.get("not_known") or "no slide has limits at both ends"
+        raise InputError("lines", f"{lines}, which is not known: {why}", "one that is")
 
 
 def _size(found: xr.Dataset) -> tuple[float, float]:
@@ -147,14 +164,21 @@ def _fill(axes: Axes, outline: Outline, **look: Any) -> None:
 def _draw_lines(axes: Axes, found: xr.Dataset, by: str) -> None:
     """Lines of equal figures of what is connected to the pose."""
     values = np.where(found["connected"].values, found[by].values, np.nan)
-    if by == "stroke_left":
+    if by in _PERCENT:
         values = 100.0 * values
     if not np.isfinite(values).any() or np.nanmax(values) - np.nanmin(values) < 1e-9:
         return
     each = zip(found["over"].values, per_si(found), strict=True)
     x, y = (per * found[name].values for name, per in each)
+    levels: Any = 7
+    if by == "effort" and np.nanmax(values) > 100.0:  # near a singularity there is no end of it
+        levels = np.arange(10.0, 101.0, 10.0)
     lines = axes.contour(
-        *(x, y, np.ma.masked_invalid(values.T)), levels=7, colors="0.45", linewidths=0.7, zorder=2.0
+        *(x, y, np.ma.masked_invalid(values.T)),
+        levels=levels,
+        colors="0.45",
+        linewidths=0.7,
+        zorder=2.0,
     )
     axes.clabel(lines, fontsize=7, fmt="%g")
     axes.set_title(f"lines: {_SHOWN[by]}", fontsize=8, loc="left")

@@ -157,7 +157,7 @@ def frame(found: xr.Dataset) -> pd.DataFrame:
     names = found["over"].values.tolist()
     axes = np.meshgrid(*(found[name].values for name in names), indexing="ij")
     columns = {name: axis.ravel() for name, axis in zip(names, axes, strict=True)}
-    for name in ("inside", "connected", "conditioning", "stroke_left"):
+    for name in ("inside", "connected", "conditioning", "stroke_left", "effort"):
         columns[name] = found[name].values.ravel()
     columns["stopped_by"] = found["stop"].values[found["stopped_by"].values.ravel()]
     return pd.DataFrame(columns)
