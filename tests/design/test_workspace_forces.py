@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 import parakin
 from parakin.cli.main import main
+from parakin.design.strength import Efforts
 from parakin.errors import InputError
 from parakin.solving.solver import Solver
 from parakin.views.workspace_plot import workspaces
@@ -127,6 +128,20 @@ def test_loads_and_orientations_count() -> None:
         worst = pick(np.array(each), axis=0)
         assert (worst[inside] <= 1.0).all()
         assert found["effort"].values.ravel()[inside] == pytest.approx(worst[inside], rel=1e-9)
+
+
+def test_a_pose_that_is_too_much_for_the_drives_has_none() -> None:
+    found = parakin.workspace(rig(most=300.0), over=XZ, forces=True)
+    assert found.attrs["stopped"] == "P1.effort > 300 N"  # at home all six push alike
+
+
+def test_efforts_that_are_not_numbers_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    def unknown(_: Efforts, __: Any, ___: Any, y: np.ndarray) -> np.ndarray:
+        return np.full((6, y.shape[1]), np.nan)
+
+    monkeypatch.setattr(Efforts, "shares", unknown)
+    found = parakin.workspace(rig(), over=XZ, forces=True)
+    assert found.attrs["stopped"] == "efforts not known"
 
 
 def test_what_is_not_known_says_why_and_is_refused() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from parakin.errors import InputError
 from parakin.views.colours import colours_of
-from parakin.views.workspace_shares import shares
+from parakin.views.workspace_shares import percent, shares
 from parakin.views.workspace_units import are_mixed, comparable, per_si, units_of
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def _draw_legend(figure: Figure, found: xr.Dataset, colours: list[str]) -> None:
 
     words, known = found["stop"].values.tolist(), shares(found)
     handles: list[Any] = [
-        Patch(color=colours[words.index(word)], label=f"{word}  ({100.0 * share:.0f} %)")
+        Patch(color=colours[words.index(word)], label=f"{word}  ({percent(share)})")
         for word, share in list(known.items())[:_NAMED]
     ]
     if len(known) > _NAMED:

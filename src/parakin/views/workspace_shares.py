@@ -30,6 +30,11 @@ def shares(found: xr.Dataset) -> dict[str, float]:
     return {str(words[k]): float(share[k]) for k in order if share[k] > 0.0}
 
 
+def percent(share: float) -> str:
+    """A share as it is printed: what is there is not 0 %."""
+    return f"{100.0 * share:.0f} %" if share >= 0.005 else "< 1 %"
+
+
 def _sizes(facets: FloatArray) -> FloatArray:
     """Lengths of lines (p, 2, 2), or areas of triangles (p, 3, 3)."""
     sides = facets[:, 1:] - facets[:, :1]

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from parakin.design.probing import EDGE_WORDS
 from parakin.views.units import unit_of
-from parakin.views.workspace_shares import shares
+from parakin.views.workspace_shares import percent, shares
 from parakin.views.workspace_units import are_mixed, size_unit, units_of
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def workspace_report(found: xr.Dataset) -> RenderableType:
         Text(f"{_measure(found)} {_with_doubt(found)}"),
         _extent(found),
         *_room(found),
-        Text("limited by: " + ", ".join(f"{w} ({_percent(s)})" for w, s in known.items())),
+        Text("limited by: " + ", ".join(f"{w} ({percent(s)})" for w, s in known.items())),
         Text(
             _parts("islands, which are not connected to the pose", found["islands"].values, found)
         ),
@@ -90,10 +90,6 @@ def _room(found: xr.Dataset) -> list[Text]:
         Text(f"largest {flat} about the pose: {' x '.join(halves)} {units[0].name}"),
         *cone,
     ]
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.0f} %" if share >= 0.005 else "< 1 %"
 
 
 def _measure(found: xr.Dataset) -> str:
