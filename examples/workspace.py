@@ -1,8 +1,9 @@
-"""Where a rig can go: level in a plane, and in space, coloured by what limits it there.
+"""Where a rig can go: level in a plane, and in space, coloured by what limits it there; and where
+the drives of a hexapod still hold its load.
 
     python examples/workspace.py [FOLDER]
 
-draws both into the folder.
+draws them into the folder.
 """
 
 from __future__ import annotations
@@ -26,6 +27,15 @@ def main(folder: Path) -> None:
     space = parakin.workspace(rig, points=81)
     title = "Where a rig goes level, in space"
     workspace_plot.workspaces(space, title).savefig(folder / "workspace-surface.png", dpi=110)
+    loaded = parakin.load("gough-stewart").with_payload("100 kg at platform")
+    held = parakin.workspace(
+        parakin.compile(loaded),
+        over=["platform.x", "platform.z"],
+        within={"platform.x": (-1.5, 1.5), "platform.z": (0.05, 2.0)},
+        forces=True,
+    )
+    figure = workspace_plot.workspaces(held, "Where the drives hold the load", "effort")
+    figure.savefig(folder / "workspace-forces.png", dpi=110)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from linkage import Refusal
         ([], "the following arguments are required: COMMAND; see parakin --help"),
         (
             ["chek", "x"],
-            "command: found unknown name 'chek'; expected one of: check, draw, export, ",
+            "command: found unknown name 'chek'; expected one of: certify, check, draw, ",
         ),
         (["check"], "the following arguments are required: MECHANISM; see parakin check --help"),
         (["solve", "linkage.toml"], "arguments are required: MOTION; see parakin solve --help"),

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from discs import area_of_rings, turned
 from scipy.optimize import brentq
 
 import parakin
@@ -40,45 +41,11 @@ def three_rpr(folder: Path, strokes: Sequence[tuple[float, float]], **options: A
 ANGLES = np.radians([-150.0, -30.0, 90.0])
 
 
-def turned(angle: np.ndarray | float) -> np.ndarray:
-    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-
-
 def rings(
     strokes: Sequence[tuple[float, float]], yaw: float = 0.0
 ) -> list[tuple[np.ndarray, float, float]]:
     centres = 0.5 * turned(ANGLES) - 0.15 * turned(ANGLES + np.radians(30.0) + yaw)
     return [(centre, *ends) for centre, ends in zip(centres, strokes, strict=True)]
-
-
-def area_of_rings(rings: Sequence[tuple[np.ndarray, float, float]]) -> float:
-    """Of what is in all rings: half the integral of x dy - y dx along the arcs that bound it."""
-    circles = [(c, high, 1.0) for c, _, high in rings] + [(c, low, -1.0) for c, low, _ in rings]
-
-    def within(point: np.ndarray, but: int) -> bool:
-        distances = [np.linalg.norm(point - c) for c, *_ in circles]
-        return all(
-            sign * (r - d) > 0.0
-            for k, (d, (_, r, sign)) in enumerate(zip(distances, circles, strict=True))
-            if k != but
-        )
-
-    total = 0.0
-    for k, (centre, r, sign) in enumerate(circles):
-        meets = [-np.pi, np.pi]
-        for other, s, _ in circles:
-            way = other - centre
-            d = float(np.linalg.norm(way))
-            if abs(r - s) < d < r + s:
-                half = np.arccos((d * d + r * r - s * s) / (2.0 * d * r))
-                to = np.arctan2(way[1], way[0])
-                meets += [(to + e + np.pi) % (2.0 * np.pi) - np.pi for e in (half, -half)]
-        for a, b in zip(sorted(meets)[:-1], sorted(meets)[1:], strict=True):
-            if within(centre + r * turned(0.5 * (a + b)), k):
-                x, y = centre
-                arc = x * (np.sin(b) - np.sin(a)) - y * (np.cos(b) - np.cos(a))
-                total += 0.5 * sign * (r * r * (b - a) + r * arc)
-    return total
 
 
 def test_the_area_of_rings_is_right_where_it_is_known() -> None:
@@ -252,36 +219,6 @@ def agrees_with(
     assert error < 1e-2 * total
 
 
-def test_the_volume_of_a_linear_delta() -> None:
-    """Rails without ends: three upright cylinders about the rods' radius, as high as is looked."""
-    solver = parakin.compile("linear-delta")
-    found = parakin.workspace(solver, within={"platform.z": (-0.1, 0.2)}, points=61)
-    disks = [(0.14 * turned(np.radians(120.0 * k)), 0.0, 0.3) for k in range(3)]
-    assert float(found["size"]) == pytest.approx(0.3 * area_of_rings(disks), rel=1e-3)
-
-
-def delta_keeps(points: np.ndarray) -> np.ndarray:
-    """A Delta's arms by themselves: from level, downwards, -30 to 70 degrees, elbows outwards."""
-    kept = np.ones(len(points), dtype=bool)
-    for angle in np.radians([0.0, 120.0, 240.0]):
-        out = points[:, 0] * np.cos(angle) + points[:, 1] * np.sin(angle) + 0.05 - 0.2
-        aside = points[:, 1] * np.cos(angle) - points[:, 0] * np.sin(angle)
-        down = -points[:, 2]
-        flat = np.hypot(out, down)
-        with np.errstate(invalid="ignore"):
-            bend = np.arccos((0.25**2 + flat**2 + aside**2 - 0.6**2) / (2.0 * 0.25 * flat))
-        arm = np.arctan2(down, out) - bend
-        kept &= (arm >= np.radians(-30.0)) & (arm <= np.radians(70.0))
-    return kept
-
-
-def test_the_volume_of_a_delta(tmp_path: Path) -> None:
-    rows = [f'A{k} = ["-30 deg", "70 deg"]' for k in (1, 2, 3)]
-    found = parakin.workspace(limited(tmp_path, "delta", "\n".join(rows)), points=61)
-    assert delta_keeps(np.array([[0.0, 0.0, -0.5]])).all()
-    agrees_with(found, delta_keeps, np.array([-0.7, -0.7, -0.85]), np.array([0.7, 0.7, 0.0]))
-
-
 @cache
 def rig() -> Solver:
     return parakin.compile(RIG)
@@ -352,7 +289,12 @@ def test_a_cavity_is_found(tmp_path: Path) -> None:
         ({"kind": "dextrous"}, "kind"),
         ({"over": ["platform.x"]}, "two or three"),
         ({"over": ["platform.x", "platform.x"]}, "twice"),
-        ({"over": ["platform.x", "platform.roll"]}, "slides alone"),
+        (
+            {"over": ["platform.x", "platform.roll"], "kind": "constant-orientation"},
+            "'platform.roll' in a workspace of kind constant-orientation; expected slides alone",
+        ),
+        ({"over": XY, "kind": "mixed"}, "slides alone in a workspace of kind mixed"),
+        ({"kind": "mixed"}, "over: found 6 driven coordinates of the platform; expected two or"),
         ({"over": ["platform.x", "platform.q"]}, "not driven"),
         ({"kind": "orientation", "over": XY}, "angles alone"),
         ({"kind": "reachable"}, "orientations"),
@@ -374,7 +316,7 @@ def test_a_cavity_is_found(tmp_path: Path) -> None:
             {"over": XY, "kind": "reachable", "orientations": 5},
             "orientations: found 5; expected a list",
         ),
-        ({"over": "platform.x"}, "over: found 1 coordinates; expected two or three"),
+        ({"over": "platform.x"}, "over: found one coordinate alone; expected two or three"),
     ],
 )
 def test_bad_input_is_named(options: dict[str, Any], words: str) -> None:

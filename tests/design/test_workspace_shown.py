@@ -160,4 +160,4 @@ def test_there_is_nothing_to_draw_of_no_workspace() -> None:
     with pytest.raises(InputError, match=r"1\.26 m"):
         workspaces(found)
     with pytest.raises(InputError, match="stroke_left"):
-        workspaces(rig_slice(), by="residual")
+        workspaces(rig_slice(), lines="residual")

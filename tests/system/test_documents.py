@@ -148,7 +148,7 @@ def test_commands_about_design_say_what_is_shown(capsys: pytest.CaptureFixture[s
     shown = re.findall(
         r"^```bash\nparakin ([^\n]*)\n```\n\n```text\n(.*?)^```$", text, re.DOTALL | re.M
     )
-    assert len(shown) == 8
+    assert len(shown) == 9
     for command, expected in shown:
         main(shlex.split(command))
         said = capsys.readouterr().out.splitlines()
@@ -158,7 +158,8 @@ def test_commands_about_design_say_what_is_shown(capsys: pytest.CaptureFixture[s
 @pytest.mark.usefixtures("elsewhere")
 def test_the_other_commands_about_design_run() -> None:
     shutil.copy(ROOT / "examples" / "rig.toml", "rig.toml")
-    others = [b for b in blocks("docs/design.md", "bash") if "--pairs" in b or "payload" in b]
+    ranges = [b for b in blocks("docs/design.md", "bash") if "parakin range" in b]
+    others = [b for b in ranges if "--pairs" in b or "payload" in b]
     assert [main(shlex.split(block)[1:]) for block in others] == [0, 0]
     assert Path("range.png").read_bytes()[:4] == b"\x89PNG"
     assert Path("range.csv").read_text().count("\n") == 1 + 12 + 15 * 72
@@ -168,9 +169,9 @@ def test_the_other_commands_about_design_run() -> None:
 def test_commands_about_workspaces_write_what_is_said(capsys: pytest.CaptureFixture[str]) -> None:
     shutil.copy(ROOT / "examples" / "rig.toml", "rig.toml")
     drawing = [b for b in blocks("docs/design.md", "bash") if "workspace" in b and "--plot" in b]
-    assert [main(shlex.split(block)[1:]) for block in drawing] == [0, 0]
+    assert [main(shlex.split(block)[1:]) for block in drawing] == [0, 0, 0]
     assert {path.name for path in Path().iterdir()} == {
-        *("rig.toml", "slice.png", "slice.csv", "surface.png", "surface.stl")
+        *("rig.toml", "slice.png", "slice.csv", "surface.png", "surface.stl", "forces.png")
     }
     (told,) = re.findall(
         r"The volume there is (.*?)\.\s", Path(ROOT / "docs/design.md").read_text()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from parakin.cli.inputs import moving, of_driven, within
+from parakin.cli.inputs import of_driven, solver_for, within
 from parakin.cli.streams import say, tell
 from parakin.design.certificate import BOXES, certify
 from parakin.errors import printable
@@ -16,7 +16,7 @@ def certificates(options: argparse.Namespace) -> int:
     """Prove, write and tell. Returns 1 where it is not proved."""
     if options.output is not None:
         tables.check_table(options.output)
-    solver = moving(options, (options.output,))
+    solver = solver_for(options, (options.output,))
     velocities = of_driven(solver, options.velocities, "--velocity", order=1)
     found = certify(
         solver,

@@ -7,6 +7,12 @@ import re
 from pathlib import Path
 from typing import NoReturn, TypeAlias
 
+from parakin.cli.design_options import (
+    add_certify_options,
+    add_range_options,
+    add_workspace_options,
+)
+from parakin.cli.options import add_driven, add_mechanism, add_payload, add_settings, number
 from parakin.errors import InputError, ParakinError, nearest
 from parakin.version import __version__
 
@@ -46,13 +52,6 @@ class _Parser(argparse.ArgumentParser):
         raise ParakinError(f"{message}; see {self.prog} --help")
 
 
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"found {text!r}; expected a number") from None
-
-
 _Commands: TypeAlias = "argparse._SubParsersAction[_Parser]"
 
 
@@ -89,7 +88,7 @@ def parser() -> argparse.ArgumentParser:
 
 def _add_check(commands: _Commands) -> None:
     check = commands.add_parser("check", help="assemble a mechanism and explain its mobility")
-    _add_mechanism(check)
+    add_mechanism(check)
     check.add_argument(
         "--expand", action="store_true", help="print the file, repeated limbs written out"
     )
@@ -99,105 +98,30 @@ def _add_modes(commands: _Commands) -> None:
     modes = commands.add_parser(
         "modes", help="search for the assembly modes at given driven values"
     )
-    _add_mechanism(modes)
-    _add_driven(modes, "driven coordinates")
-    _add_settings(modes, "--at", "a driven value other than home's: a quantity such as '20 mm'")
+    add_mechanism(modes)
+    add_driven(modes, "driven coordinates")
+    add_settings(modes, "--at", "a driven value other than home's: a quantity such as '20 mm'")
     modes.add_argument("--starts", metavar="N", type=int, default=8192, help="random starts (8192)")
 
 
 def _add_range(commands: _Commands) -> None:
-    ranges = commands.add_parser(
-        "range", help="how far, how fast and how hard it moves from a pose, and what stops it"
-    )
-    _add_mechanism(ranges)
-    _add_driven(ranges, "coordinates to move", "the platform's by default, else the file's own")
-    pose = "a position to count from other than home's: a quantity such as '20 mm'"
-    _add_settings(ranges, "--from", pose, dest="pose")
-    offsets = "what a coordinate is moved by first, e.g. platform.pitch='10 deg'"
-    _add_settings(ranges, "--with", offsets, dest="offsets")
-    ranges.add_argument("--pairs", action="store_true", help="coordinates in pairs too")
-    ranges.add_argument("--frequency", metavar="HZ", help="the largest sines too, e.g. at '0.5 Hz'")
-    ranges.add_argument(
-        "--forces", action="store_true", help="the drives' largest efforts are limits too"
-    )
-    _add_least_conditioning(ranges)
-    ranges.add_argument("-o", "--output", metavar="FILE", type=Path, help="table: .csv or .nc")
-    ranges.add_argument("--plot", metavar="FILE", type=Path, help="figure: .png, .svg or .pdf")
-    _add_payload(ranges)
+    text = "how far, how fast and how hard it moves from a pose, and what stops it"
+    add_range_options(commands.add_parser("range", help=text))
 
 
 def _add_workspace(commands: _Commands) -> None:
-    space = commands.add_parser(
-        "workspace", help="where the platform can go, its boundary, and what limits it where"
-    )
-    _add_mechanism(space)
-    _add_driven(space, "coordinates to drive", "the platform's by default, else the file's own")
-    pose = "a position other than home's: a quantity such as '20 mm'"
-    _add_settings(space, "--from", pose, dest="pose")
-    within = "what to look at of a coordinate, islands included"
-    _add_settings(space, "--within", within, metavar="NAME=LOW..HIGH")
-    proportions = "of the largest box; a cube by default"
-    _add_settings(space, "--proportions", proportions, metavar="NAME=NUMBER")
-    space.add_argument(
-        "--over", metavar="NAMES", help="two or three coordinates to move; all by default"
-    )
-    space.add_argument(
-        "--kind",
-        metavar="KIND",
-        default="constant-orientation",
-        help="constant-orientation (as it is by default), orientation (at a point), reachable or "
-        "dexterous (with any, or all, of --orientations)",
-    )
-    space.add_argument(
-        "--orientations",
-        metavar="TEXT",
-        help="e.g. 'platform.roll=-5 deg; platform.roll=5 deg, platform.pitch=3 deg'",
-    )
-    space.add_argument("--points", metavar="N", type=int, help="nodes along each side (201 or 49)")
-    _add_least_conditioning(space)
-    space.add_argument(
-        "-o", "--output", metavar="FILE", type=Path, help="grid: .csv or .nc; surface: .stl"
-    )
-    space.add_argument("--plot", metavar="FILE", type=Path, help="figure: .png, .svg or .pdf")
+    text = "where the platform can go, its boundary, and what limits it where"
+    add_workspace_options(commands.add_parser("workspace", help=text))
 
 
 def _add_certify(commands: _Commands) -> None:
-    certify = commands.add_parser(
-        "certify", help="prove that every pose of a box keeps all limits, or find one that does not"
-    )
-    _add_mechanism(certify)
-    _add_driven(certify, "coordinates to drive", "the platform's by default, else the file's own")
-    within = "both ends of a coordinate, e.g. platform.x='-50 mm..50 mm'; the others stay"
-    _add_settings(certify, "--within", within, metavar="NAME=LOW..HIGH")
-    pose = "a position other than home's: a quantity such as '20 mm'"
-    _add_settings(certify, "--from", pose, dest="pose")
-    velocity = "of coordinates, either way and all at once; limits of velocities count then"
-    _add_settings(certify, "--velocity", velocity, dest="velocities")
-    _add_least_conditioning(certify)
-    certify.add_argument("--boxes", metavar="N", type=int, help="parts to look at (200,000)")
-    certify.add_argument("-o", "--output", metavar="FILE", type=Path, help="table: .csv or .nc")
-
-
-def _add_settings(
-    command: argparse.ArgumentParser,
-    flag: str,
-    does: str,
-    *,
-    dest: str | None = None,
-    metavar: str = "NAME=VALUE",
-) -> None:
-    """An option that may be given several times, by name."""
-    command.add_argument(flag, dest=dest, metavar=metavar, action="append", default=[], help=does)
-
-
-def _add_least_conditioning(command: argparse.ArgumentParser) -> None:
-    text = "how near to a singularity it may come, home being 1"
-    command.add_argument("--least-conditioning", metavar="PART", type=_number, help=text)
+    text = "prove that every pose of a box keeps all limits, or find one that does not"
+    add_certify_options(commands.add_parser("certify", help=text))
 
 
 def _add_solve(commands: _Commands) -> None:
     solve = commands.add_parser("solve", help="solve a mechanism along a motion")
-    _add_mechanism(solve)
+    add_mechanism(solve)
     _add_motion(solve)
     solve.add_argument(
         "-o", "--output", metavar="FILE", help="write .csv, .nc or .parquet; '-' is CSV to stdout"
@@ -229,7 +153,7 @@ def _add_pictures(commands: _Commands) -> None:
     )
     for name, dest, does, file in pictures:
         picture = commands.add_parser(name, help=does)
-        _add_mechanism(picture)
+        add_mechanism(picture)
         _add_motion(picture)
         _add_output(picture, file, dest)
         _add_sampling(picture)
@@ -245,7 +169,7 @@ def _add_pictures(commands: _Commands) -> None:
 
 def _add_simulate(commands: _Commands) -> None:
     simulate = commands.add_parser("simulate", help="the motion that forces make")
-    _add_mechanism(simulate)
+    add_mechanism(simulate)
     simulate.add_argument(
         "--duration", metavar="TIME", default="1 s", help="how long, e.g. '500 ms' (1 s)"
     )
@@ -276,7 +200,7 @@ def _add_simulate(commands: _Commands) -> None:
         help="another mass of a payload, by its name ('payload' of --payload)",
     )
     simulate.add_argument("--method", choices=("dop853", "radau", "taylor"), default="dop853")
-    simulate.add_argument("--rtol", metavar="PART", type=_number, help="tolerance (1e-9)")
+    simulate.add_argument("--rtol", metavar="PART", type=number, help="tolerance (1e-9)")
     simulate.add_argument("--end-at-limits", action="store_true", help="tell nothing beyond")
     simulate.add_argument(
         "-o", "--output", metavar="FILE", help="write .csv, .nc or .parquet; '-' is CSV to stdout"
@@ -285,13 +209,13 @@ def _add_simulate(commands: _Commands) -> None:
     simulate.add_argument("--animate", metavar="FILE", type=Path, help="film: .mp4 or .gif")
     simulate.add_argument("--bodies", action="store_true", help="every body's motion too")
     simulate.add_argument("--all", action="store_true", help="joints outside the tree too")
-    simulate.add_argument("--rate", metavar="HZ", type=_number, help="samples per second (1000)")
-    _add_payload(simulate)
+    simulate.add_argument("--rate", metavar="HZ", type=number, help="samples per second (1000)")
+    add_payload(simulate)
 
 
 def _add_view(commands: _Commands) -> None:
     view = commands.add_parser("view", help="see a mechanism move in the browser")
-    _add_mechanism(view)
+    add_mechanism(view)
     view.add_argument("motions", metavar="MOTION", nargs="*", help="motions in TOML or CSV files")
     view.add_argument(
         "--mesh",
@@ -300,29 +224,29 @@ def _add_view(commands: _Commands) -> None:
         default=[],
         help="a mesh that the mechanism's file names; no other is read",
     )
-    _add_payload(view)
+    add_payload(view)
     view.add_argument("--host", metavar="ADDRESS", default="127.0.0.1", help="address to serve at")
     view.add_argument("--port", metavar="N", type=int, default=8080, help="port to serve at (8080)")
 
 
 def _add_draw(commands: _Commands) -> None:
     draw = commands.add_parser("draw", help="draw a mechanism's kinematic scheme")
-    _add_mechanism(draw)
+    add_mechanism(draw)
     _add_output(draw, "scheme: .svg, .pdf or .png")
 
 
 def _add_report(commands: _Commands) -> None:
     report = commands.add_parser("report", help="write a page about a motion, to send or print")
-    _add_mechanism(report)
+    add_mechanism(report)
     _add_motion(report)
     _add_output(report, "page: .html")
     _add_preload(report)
-    _add_payload(report)
+    add_payload(report)
 
 
 def _add_export(commands: _Commands) -> None:
     export = commands.add_parser("export", help="write a mechanism for other programs")
-    _add_mechanism(export)
+    add_mechanism(export)
     export.add_argument(
         "output",
         metavar="FILE",
@@ -330,10 +254,10 @@ def _add_export(commands: _Commands) -> None:
         help="model.xml (MuJoCo), model.urdf (with model.loops.yaml) or kernel.c (with kernel.h "
         "and kernel_test.c)",
     )
-    _add_driven(export, "driven coordinates, the input of the C code")
+    add_driven(export, "driven coordinates, the input of the C code")
     export.add_argument("--forces", action="store_true", help="efforts in the C code too")
     _add_preload(export)
-    _add_payload(export)
+    add_payload(export)
 
 
 def _add_forces(command: argparse.ArgumentParser) -> None:
@@ -349,7 +273,7 @@ def _add_forces(command: argparse.ArgumentParser) -> None:
         help="forces in these joints too, comma-separated; in all joints by default",
     )
     _add_preload(command)
-    _add_payload(command)
+    add_payload(command)
 
 
 def _add_preload(command: argparse.ArgumentParser) -> None:
@@ -363,16 +287,6 @@ def _add_preload(command: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_payload(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--payload",
-        metavar="TEXT",
-        action="append",
-        default=[],
-        help="a mass on a body, e.g. --payload '80 kg at seat'",
-    )
-
-
 def _add_motion(command: argparse.ArgumentParser) -> None:
     command.add_argument("motion", metavar="MOTION", help="a motion's name, or a TOML or CSV file")
 
@@ -383,34 +297,11 @@ def _add_output(command: argparse.ArgumentParser, what: str, dest: str = "output
     )
 
 
-def _add_driven(
-    command: argparse.ArgumentParser, what: str, default: str = "the file's own by default"
-) -> None:
-    text = f"{what}, separated by commas; {default}"
-    command.add_argument("--driven", metavar="NAMES", help=text)
-
-
 def _add_sampling(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--rate", metavar="HZ", type=_number, help="samples per second, for laws")
+    command.add_argument("--rate", metavar="HZ", type=number, help="samples per second, for laws")
     command.add_argument(
-        "--smooth", metavar="SIGMA", type=_number, help="noise of sampled positions, SI"
+        "--smooth", metavar="SIGMA", type=number, help="noise of sampled positions, SI"
     )
     command.add_argument(
-        "--max-gap", metavar="S", type=_number, help="longest step allowed between samples"
-    )
-
-
-def _add_mechanism(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "mechanism", metavar="MECHANISM", help="a catalogue name, or a TOML, MJCF or URDF file"
-    )
-    command.add_argument(
-        "--loops", metavar="FILE", help="YAML file that specifies the loops of a URDF"
-    )
-    command.add_argument(
-        "--set",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="override a parameter, e.g. --set d1=0.42 or --set 'd1=420 mm'",
+        "--max-gap", metavar="S", type=number, help="longest step allowed between samples"
     )

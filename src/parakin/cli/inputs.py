@@ -51,7 +51,7 @@ def tell_slips(mechanism: Mechanism) -> None:
     tell(*(f"warning: {each}" for each in unit_slips(mechanism)), style="bold yellow")
 
 
-def moving(options: argparse.Namespace, paths: Iterable[Path | None]) -> Solver:
+def solver_for(options: argparse.Namespace, paths: Iterable[Path | None]) -> Solver:
     """A solver of what the options name for the coordinates that they move, by default the
     platform's, once files that may be written have been checked. Raises InputError, AssemblyError,
     DrivenError.

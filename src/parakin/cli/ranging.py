@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from parakin.cli.inputs import moving, of_driven
+from parakin.cli.inputs import of_driven, solver_for
 from parakin.cli.streams import say, tell
 from parakin.design.range import range as range_of
 from parakin.errors import printable
@@ -25,7 +25,7 @@ def ranges(options: argparse.Namespace) -> int:
         tables.check_table(options.output)
     if options.plot is not None:
         check_figure(options.plot)
-    solver = moving(options, (options.output, options.plot))
+    solver = solver_for(options, (options.output, options.plot))
     frequency = None
     if options.frequency is not None:
         mechanism = solver.mechanism

@@ -19,7 +19,6 @@ from parakin.design.asked import (
 )
 from parakin.design.probing import Probe
 from parakin.design.requirement import Requirement, requirement_of
-from parakin.design.strength import Firmness
 from parakin.errors import InputError, nearest
 from parakin.model.expressions import Value
 from parakin.solving.inputs import refuse_lean
@@ -75,8 +74,10 @@ def certify(
     speeds = _speeds(solver, velocities)
     box = _box(solver, within, y)
     requirement = requirement_of(solver, least_conditioning, speeds)
+    every = tuple(np.arange(len(y)).tolist())
     probe = Probe(
-        solver, tuple(range(len(y))), y[:, None], True, *box, Firmness(solver), least_conditioning
+        *(solver, every, y[:, None], True, *box),
+        *(requirement.firmness, least_conditioning, None, False),
     )
     return _told(solver, requirement, y, box, _proof(requirement, probe, box, int(boxes)))
 

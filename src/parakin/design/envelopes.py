@@ -13,12 +13,11 @@ from parakin.analysis.stiffness import stiffness
 from parakin.arrays import FloatArray
 from parakin.design.bounds import Bounds, Room, room, speed_bounds
 from parakin.design.march import Node
-from parakin.design.strength import Efforts, rates_at
+from parakin.design.strength import efforts_if_known, rates_at
 from parakin.errors import InputError
 from parakin.solving.solver import Solver
 
 Words = NDArray[np.object_]
-_UNKNOWN = "no drive has a max_effort"
 
 
 class Envelope(NamedTuple):
@@ -46,12 +45,9 @@ def envelopes(
     speeds = speed_bounds(solver.graph)
     rates = rates_at(node.chart, node.out[:, None], y[:, None], speeds.coordinates)[:, :, 0]
     velocity = _told(speeds, room(speeds, np.zeros(len(rates)), rates))
-    try:
-        efforts = Efforts(solver, loads)
-    except InputError as error:
-        return Envelopes(velocity, *[nothing_known(len(y), str(error))] * 2)
-    if not efforts.limited:
-        return Envelopes(velocity, *[nothing_known(len(y), _UNKNOWN)] * 2)
+    efforts, why = efforts_if_known(solver, loads)
+    if efforts is None:
+        return Envelopes(velocity, *[nothing_known(len(y), why)] * 2)
     resting, slope = efforts.by_acceleration(node, y)
     acceleration = _told(efforts.bounds, room(efforts.bounds, resting, slope))
     return Envelopes(velocity, acceleration, _loads(solver, y, efforts.bounds, resting))

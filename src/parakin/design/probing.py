@@ -10,7 +10,7 @@ import numpy as np
 from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.design.march import ends_of
 from parakin.design.stopping import reason
-from parakin.design.strength import Firmness
+from parakin.design.strength import Efforts, Firmness
 from parakin.model.graph import Graph
 from parakin.solving.charts import Chart
 from parakin.solving.locks import begun_at, locks_of
@@ -20,25 +20,30 @@ from parakin.solving.tick import Tick
 
 _TOGETHER = 4096  # poses: as many as stay near the processor
 _KEEPS = (Status.CONVERGED, Status.ANGLES_UNDEFINED)
-_EDGE, _POOR, _STATUS = -1, -2, -100  # what may be wrong besides a stop; a status less from it
+# What may be wrong besides a stop; a status, or the number of a bound of efforts, less from it.
+_EDGE, _POOR, _UNSURE, _STATUS, _EFFORT = -1, -2, -3, -100, -1000
+_ALIKE = 1e-6  # of the most a drive gives: efforts that differ by less come to their bounds at once
 
 EDGE_WORDS = "edge of what was looked at"
 
 
 class Left(NamedTuple):
-    """How firmly points are held (n,), home being 1, and what is left of strokes (n,): of each the
-    part of its length to its nearer end, and of these the least.
+    """How firmly points are held (n,), home being 1; what is left of strokes (n,): of each the part
+    of its length to its nearer end, and of these the least; and the greatest effort at rest (n,),
+    as a part of the most that the drive gives.
     """
 
     conditioning: FloatArray
     stroke: FloatArray
+    effort: FloatArray
 
 
 @dataclass(frozen=True)
 class Probe:
     """What is asked of points: the driven coordinates `over` (by number) are moved, the others held
     as in each of the poses (k, m). every: with all these poses, or with any. low, high (d,): what
-    is looked at. least: of conditioning, if there is a `firmness` to tell it.
+    is looked at. least: of conditioning, as `firmness` tells it. efforts: at rest, where they are
+    known; bounded: which points then have to keep within their bounds.
     """
 
     solver: Solver
@@ -49,6 +54,8 @@ class Probe:
     high: FloatArray
     firmness: Firmness
     least: float | None
+    efforts: Efforts | None
+    bounded: bool
 
     def driven(self, points: FloatArray, pose: int) -> FloatArray:
         """Driven values (k, n) at points (n, d), otherwise as in one of the poses."""
@@ -117,14 +124,24 @@ class Probe:
         codes = np.where(number > 0, 2 * number + upper, _STATUS - status.astype(np.intp))
         good = are(_KEEPS, status)
         codes[good] = 0
-        if self.least is not None and good.any():
-            firm = self._firm(y[:, good], _chosen(tick, good))
-            codes[np.flatnonzero(good)[~(firm >= self.least)]] = _POOR
+        if (self.least is not None or self.bounded) and good.any():
+            codes[good] = self._demanded(y[:, good], _chosen(tick, good))
         return codes
 
-    def _firm(self, y: FloatArray, tick: Tick) -> FloatArray:
+    def _demanded(self, y: FloatArray, tick: Tick) -> IndexArray:
+        """The same (n,) of poses that keep their limits: whether they are firm, and held."""
         chart, out = self._outputs(y, tick)
-        return self.firmness.of(chart, out, y)
+        codes = np.zeros(y.shape[1], dtype=np.intp)
+        if self.least is not None:
+            codes[~(self.firmness.of(chart, out, y) >= self.least)] = _POOR
+        if self.bounded and self.efforts is not None:
+            share = self.efforts.shares(chart, out, y)
+            worst = np.abs(share).max(axis=0)
+            first = np.argmax(np.abs(share) >= worst - _ALIKE, axis=0)
+            upper = share[first, np.arange(len(first))] > 0.0
+            bound = np.where(np.isfinite(worst), _EFFORT - first - len(share) * upper, _UNSURE)
+            codes = np.where(worst <= 1.0, codes, bound)
+        return codes
 
     def _outputs(self, y: FloatArray, tick: Tick) -> tuple[Chart, FloatArray]:
         """All that a chart knows of poses that are solved; NaN where it is singular itself."""
@@ -145,6 +162,10 @@ class Probe:
             return EDGE_WORDS
         if code == _POOR:
             return f"conditioning < {self.least:g}"
+        if code == _UNSURE:
+            return "efforts not known"
+        if code <= _EFFORT and self.efforts is not None:
+            return self.efforts.words(_EFFORT - code)
         if code > 0:
             number, upper = divmod(code, 2)
             return reason(self.solver, number, Status.LIMIT_EXCEEDED, upper=bool(upper))
@@ -154,18 +175,19 @@ class Probe:
         """How much is left at points (n, d) that keep everything: the least of all poses, or the
         most of any.
         """
-        best = np.full((2, len(points)), np.inf if self.every else np.nan)
+        best = np.full((3, len(points)), np.inf if self.every else np.nan)
         pick = np.minimum if self.every else np.fmax
         for pose in np.arange(self.poses.shape[1]).tolist():
             for k in np.arange(0, len(points), _TOGETHER).tolist():
                 some = slice(k, k + _TOGETHER)
                 best[:, some] = pick(best[:, some], self._left(self.driven(points[some], pose)))
-        return Left(*best)
+        return Left(best[0], best[1], -best[2])
 
     def _left(self, y: FloatArray) -> FloatArray:
+        """Conditioning, stroke and effort (3, n), this with a minus, so that more is better."""
         tick = self.solver.at(y)
         good = np.flatnonzero(are(_KEEPS, np.asarray(tick.status)))
-        found = np.full((2, y.shape[1]), np.nan)
+        found = np.full((3, y.shape[1]), np.nan)
         if not len(good):
             return found
         chart, out = self._outputs(y[:, good], _chosen(tick, good))
@@ -175,6 +197,8 @@ class Probe:
         rows, low, high = _strokes(self.solver.graph, chart)
         share = np.minimum(out[rows] - low, high - out[rows]) / (high - low)
         found[1, good] = share.min(axis=0) if len(rows) else np.nan
+        if self.efforts is not None:
+            found[2, good] = -np.abs(self.efforts.shares(chart, out, y[:, good])).max(axis=0)
         return found
 
 

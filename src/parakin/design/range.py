@@ -16,7 +16,7 @@ from parakin.design.envelopes import envelopes
 from parakin.design.march import Node
 from parakin.design.rays import Ray, follow, other_chart, reported
 from parakin.design.stopping import Demands, cut_short, words_of
-from parakin.design.strength import Efforts, Firmness
+from parakin.design.strength import Firmness, limited_efforts
 from parakin.design.swing import amplitudes
 from parakin.errors import InputError
 from parakin.model.expressions import Value
@@ -80,7 +80,8 @@ def range(
     what may be added to the `first` and the `second` of the pair. Attributes: `reached`, the part
     of the offsets that was gone, less than 1 where something stopped it, and `stopped`, what did,
     or what is wrong with the pose; all else is NaN then.
-    Raises InputError on unknown names, values that are not finite, and a lean solver.
+    Raises InputError on unknown names, values that are not finite, a lean solver, and `forces`
+    where efforts are not known or have no bounds.
     """
     solver = of_design(solver, parameters)
     refuse_lean(solver.reported)
@@ -89,7 +90,7 @@ def range(
     y = positions(solver, pose, "pose", home)
     away = positions(solver, offsets, "offsets", np.zeros(len(home)))
     demands = Demands(
-        Efforts(solver, loads) if forces else None,
+        limited_efforts(solver, loads) if forces else None,
         None if least_conditioning is None else Firmness(solver),
         least_conditioning or 0.0,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from parakin.arrays import FloatArray, IndexArray
 from parakin.design.clearance import half_width, radius
 from parakin.design.probing import Probe
 from parakin.design.region import Region
+from parakin.design.tilts import largest_tilt
 from parakin.solving.solver import Solver
 
 if TYPE_CHECKING:
@@ -29,12 +31,14 @@ class Space(NamedTuple):
     poses: FloatArray
 
 
-def told(space: Space, probe: Probe, region: Region, proportions: FloatArray) -> xr.Dataset:
-    """All that was found, as described at `parakin.workspace`."""
+def told(
+    space: Space, probe: Probe, region: Region, proportions: FloatArray | None, unknown: str
+) -> xr.Dataset:
+    """All that was found, as described at `parakin.workspace`. unknown: why efforts are, or ""."""
     import xarray as xr
 
     inside, moved = region.inside, space.moved
-    left = np.full((2, inside.size), np.nan)
+    left = np.full((3, inside.size), np.nan)
     left[:, inside.ravel()] = probe.left(region.grid.points[inside.ravel()])
     own = region.facets[region.own]
     known, numbers = np.unique(
@@ -43,13 +47,16 @@ def told(space: Space, probe: Probe, region: Region, proportions: FloatArray) ->
     words, of_word = _words(probe, known)
     numbers = of_word[numbers][1:]
     ends = np.array([own.min(axis=(0, 1)), own.max(axis=(0, 1))]).T
-    relative = own - space.middle
+    relative, mixed = own - space.middle, len(set(_units(space.solver, moved))) > 1
+    if proportions is None:
+        proportions = ends[:, 1] - ends[:, 0] if mixed else np.ones(len(moved))
     data: dict[str, Any] = {
         "inside": (moved, inside),
         "connected": (moved, region.labels == region.home),
         "stopped_by": (moved, numbers[: inside.size].reshape(inside.shape)),
         "conditioning": (moved, left[0].reshape(inside.shape)),
         "stroke_left": (moved, left[1].reshape(inside.shape)),
+        "effort": (moved, left[2].reshape(inside.shape), {"not_known": unknown}),
         "boundary": (("facet", "corner", "over"), region.facets),
         "boundary_stopped_by": (
             ("facet", "corner"),
@@ -59,7 +66,8 @@ def told(space: Space, probe: Probe, region: Region, proportions: FloatArray) ->
         "size": region.size,
         "size_uncertainty": _unsure(region.size, *region.coarse),
         "extent": (("over", "end"), ends),
-        "radius": radius(relative),
+        "radius": np.nan if mixed else radius(relative),  # of metres and radians there is none
+        "tilt": largest_tilt(space.solver, moved, space.pose, region.facets),
         "half_width": ("over", half_width(relative / proportions) * proportions),
         "islands": ("island", region.islands),
         "holes": ("hole", region.holes),
@@ -92,19 +100,22 @@ def _asked(space: Space) -> dict[str, Any]:
 
 
 def _coordinates(space: Space) -> dict[str, Any]:
-    graph, driven = space.solver.graph, space.solver.driven
+    solver = space.solver
     return {
         "over": list(space.moved),
+        "over_unit": ("over", _units(solver, space.moved)),
         "end": ["low", "high"],
-        "driven": list(driven),
-        "driven_unit": ("driven", ["rad" if graph.is_angle(name) else "m" for name in driven]),
+        "driven": list(solver.driven),
+        "driven_unit": ("driven", _units(solver, solver.driven)),
     }
 
 
+def _units(solver: Solver, names: Sequence[str]) -> list[str]:
+    return ["rad" if solver.graph.is_angle(name) else "m" for name in names]
+
+
 def _attrs(space: Space, stopped: str) -> dict[str, str]:
-    unit = "rad" if space.solver.graph.is_angle(space.moved[0]) else "m"
-    name = space.solver.mechanism.name
-    return {"mechanism": name, "kind": space.kind, "unit": unit, "stopped": stopped}
+    return {"mechanism": space.solver.mechanism.name, "kind": space.kind, "stopped": stopped}
 
 
 def _words(probe: Probe, codes: IndexArray) -> tuple[list[str], IndexArray]:

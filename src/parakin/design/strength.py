@@ -11,10 +11,13 @@ from parakin.arrays import FloatArray
 from parakin.design.bounds import effort_bounds, moved
 from parakin.design.march import Node
 from parakin.design.rays import Measure, Ray
+from parakin.errors import InputError
 from parakin.kinematics.configuration import coordinate_scales
 from parakin.motion.motion import Samples
 from parakin.solving.charts import Chart
 from parakin.solving.solver import Solver
+
+NO_BOUNDS = "no drive has a max_effort"
 
 
 class Efforts:
@@ -56,14 +59,18 @@ class Efforts:
         raw = chart.forces(self.asked, reference, samples, found, loads, angles, False)
         return self.mechanics.forces(self.asked, rows, raw).effort
 
+    def shares(self, chart: Chart, out: FloatArray, y: FloatArray) -> FloatArray:
+        """Efforts at rest as parts of the most that drives give (m, n), with their signs."""
+        found: FloatArray = self.of(chart, out, y, 0.0 * y, 0.0 * y) / self.bounds.high[:, None]
+        return found
+
     def beyond(self, ray: Ray) -> Measure:
         """How far efforts at rest are beyond their bounds along a ray, as parts of these (2m, n):
         the lower ones, then the upper.
         """
 
         def measure(chart: Chart, part: FloatArray, out: FloatArray) -> FloatArray:
-            y = ray.driven(part)
-            share = self.of(chart, out, y, 0.0 * y, 0.0 * y) / self.bounds.high[:, None]
+            share = self.shares(chart, out, ray.driven(part))
             return np.concatenate([-share, share]) - 1.0
 
         return measure
@@ -76,6 +83,30 @@ class Efforts:
         out = node.out[:, None].repeat(k + 1, axis=1)
         found = self.of(node.chart, out, y[:, None].repeat(k + 1, axis=1), still, ydd)
         return found[:, 0], found[:, 1:] - found[:, :1]
+
+
+def limited_efforts(solver: Solver, loads: Mapping[str, ArrayLike] | None) -> Efforts:
+    """Efforts that are to be kept within bounds. Raises InputError where none has any."""
+    efforts = Efforts(solver, loads)
+    if not efforts.limited:
+        where = solver.graph.mechanism.where
+        raise InputError(f"{where}: joints", NO_BOUNDS, "one at least, to be a limit")
+    return efforts
+
+
+def efforts_if_known(
+    solver: Solver, loads: Mapping[str, ArrayLike] | None
+) -> tuple[Efforts | None, str]:
+    """The same where nobody asks for limits, or why there are none. Raises InputError on loads
+    that are wrong, but not where nothing is asked.
+    """
+    try:
+        efforts = Efforts(solver, loads)
+    except InputError as error:
+        if loads:
+            raise
+        return None, str(error)
+    return (efforts, "") if efforts.limited else (None, NO_BOUNDS)
 
 
 def rates_at(

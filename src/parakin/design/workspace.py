@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from parakin.arrays import BoolArray, FloatArray
 from parakin.design.asked import (
@@ -18,10 +19,11 @@ from parakin.design.asked import (
     quantity,
 )
 from parakin.design.grids import Box, around, box_around, grid_over, widened
+from parakin.design.moving import moving
 from parakin.design.probing import Probe
 from parakin.design.region import Region, region_of
 from parakin.design.spaces import Space, no_workspace, told
-from parakin.design.strength import Firmness
+from parakin.design.strength import Firmness, efforts_if_known, limited_efforts
 from parakin.errors import InputError, nearest
 from parakin.model.expressions import Value
 from parakin.solving.forces import is_finite
@@ -31,7 +33,6 @@ from parakin.solving.solver import Solver
 if TYPE_CHECKING:
     import xarray as xr
 
-KINDS = ("constant-orientation", "orientation", "reachable", "dexterous")
 POINTS = {2: 201, 3: 49}  # by default, along each side
 _POINTS = {2: (9, 2001), 3: (9, 201)}
 _FAR = 20.0  # characteristic lengths, or half a turn: farther is not looked
@@ -43,10 +44,12 @@ def workspace(
     pose: Mapping[str, Value] | None = None,
     *,
     over: Sequence[str] | None = None,
-    kind: str = "constant-orientation",
+    kind: str | None = None,
     orientations: Sequence[Mapping[str, Value]] | None = None,
     within: Mapping[str, tuple[Value, Value]] | None = None,
     points: int | None = None,
+    forces: bool = False,
+    loads: Mapping[str, ArrayLike] | None = None,
     least_conditioning: float | None = None,
     proportions: Mapping[str, float] | None = None,
     parameters: Mapping[str, Value] | None = None,
@@ -54,36 +57,43 @@ def workspace(
     """Where two or three of the driven coordinates can go from a pose, the others held as there.
 
     pose: positions of driven coordinates, by name [m or rad, or text with a unit], home's where not
-    given. over: those moved, of the platform; by default all that the kind is about. kind:
-    "constant-orientation" and "orientation" move slides, or angles, of the pose; "reachable" and
-    "dexterous" move slides in any, or in all, of `orientations`: angles by driven coordinate, as in
-    `pose`, the pose's where not given. within: what to look at of coordinates, low and high, by
-    default a box around what is connected to the pose. points: nodes of the grid along each side.
-    least_conditioning: how near to a singularity it may come, 1 being as firm as home.
-    proportions: of the box that is to fit, by coordinate; a cube by default. parameters: of another
-    design, as of `parakin.range`; without them it is the file's own, whatever was left `free`.
+    given. over: those moved; by default all that the kind is about, and of no kind the platform's
+    slides, or, if there are not two or three, all of it that is driven. kind:
+    "constant-orientation", "orientation" and "mixed" move slides, angles, or both, of the pose, and
+    need not be given; "reachable" and "dexterous" move slides in any, or in all, of `orientations`:
+    angles by driven coordinate, as in `pose`, the pose's where not given.
+    within: what to look at of coordinates, low and high, by default a box around what is connected
+    to the pose. points: nodes of the grid along each side. forces: limits of efforts at rest count
+    too; loads: as of `Solver.solve`. least_conditioning: how near to a singularity it may come, 1
+    being as firm as home. proportions: of the box that is to fit, by coordinate; a cube by default,
+    and those of the extents where slides and angles are mixed. parameters: of another design, as of
+    `parakin.range`; without them it is the file's own, whatever was left `free`.
 
     A point belongs to the workspace if loops close there on home's branch within every declared
-    limit of positions and cone angles, and with the conditioning asked for. It is reached if it is
-    connected to the pose; an island beyond a gap is not. The boundary is located on the edges of
-    the grid to 1e-9 of them, and areas and volumes are those inside of it.
+    limit of positions and cone angles, and with the conditioning and efforts asked for. It is
+    reached if it is connected to the pose; an island beyond a gap is not. The boundary is located
+    on the edges of the grid to 1e-9 of them, and areas and volumes are those inside of it.
 
     Result, over the coordinates moved: `inside`, `connected` (to the pose), `stopped_by` (a number
     among `stop`, which are words; 0 for nothing), `conditioning`, `stroke_left` (the least part of
-    a stroke to its nearer end); NaN outside. Over `facet`, `corner` and `over`: `boundary`, lines
-    or triangles, with `boundary_stopped_by` (by corner) and `boundary_connected`. Of what is
-    connected: `size`, the area or volume; `size_uncertainty`, by the differences from grids of half
-    and a quarter as many points; `extent` over `over` and `end`; `radius` of the largest circle or
-    ball about the pose; `half_width` (over `over`) of the largest box. `holes` and `islands`: their
-    sizes, largest first. Over `orientation` and `driven`: `poses`, in any or all of which points
-    are to be reached. Attributes: `mechanism`, `kind`, `unit`; `stopped`: what is wrong with the
-    pose, all else then being left out.
-    Raises InputError on unknown names, values that are not finite, and a lean solver.
+    a stroke to its nearer end), `effort` (the greatest at rest, as a part of its drive's
+    `max_effort`; attribute `not_known` says why it is not); NaN outside. Over `facet`, `corner` and
+    `over`: `boundary`, lines or triangles, with `boundary_stopped_by` (by corner) and
+    `boundary_connected`. Of what is connected: `size`, the area or volume; `size_uncertainty`, by
+    the differences from grids of half and a quarter as many points; `extent` over `over` and `end`;
+    `radius` of the largest circle or ball about the pose, NaN where slides and angles are mixed;
+    `half_width` (over `over`) of the largest box; over two angles that tilt the platform to all
+    sides `tilt` [rad], by less than which its z axis may tilt in every direction, else NaN. `holes`
+    and `islands`: their sizes, largest first. Over `orientation` and `driven`: `poses`, in any or
+    all of which points are to be reached. `over_unit` (over `over`). Attributes: `mechanism`,
+    `kind`; `stopped`: what is wrong with the pose, all else then being left out.
+    Raises InputError on unknown names, values that are not finite, a lean solver, and `forces`
+    where efforts are not known or have no bounds.
     """
     solver = of_design(solver, parameters)
     refuse_lean(solver.reported)
     check_conditioning(least_conditioning)
-    moved = _moved(solver, over, kind)
+    kind, moved = moving(solver, over, kind)
     home = np.array([solver.home[name] for name in solver.driven])
     y = positions(solver, pose, "pose", home)
     poses = _poses(solver, y, kind, orientations)
@@ -92,14 +102,20 @@ def workspace(
     most = _most(solver, moved, middle, {} if within is None else within)
     count, shape = _count(points, len(moved)), _proportions(moved, proportions)
     every = kind != "reachable"
-    probe = Probe(solver, numbers, poses, every, *most, Firmness(solver), least_conditioning)
+    efforts, unknown = efforts_if_known(solver, loads)
+    if forces:
+        efforts = limited_efforts(solver, loads)
+    probe = Probe(
+        *(solver, numbers, poses, every, *most),
+        *(Firmness(solver), least_conditioning, efforts, bool(forces)),
+    )
     space = Space(solver, kind, moved, y, middle, poses)
     (wrong,) = probe.wrong(middle[None])
     if wrong:
         return no_workspace(space, probe.words(int(wrong)))
     named = np.array([name in (within or {}) for name in moved])
     units = np.array([1.0 if solver.graph.is_angle(n) else solver.graph.length for n in moved])
-    return told(space, probe, _looked_at(probe, middle, named, units, count), shape)
+    return told(space, probe, _looked_at(probe, middle, named, units, count), shape, unknown)
 
 
 def _looked_at(
@@ -119,35 +135,6 @@ def _looked_at(
             break
         box = wider
     return region
-
-
-def _moved(solver: Solver, over: Sequence[str] | None, kind: str) -> tuple[str, ...]:
-    """The coordinates to move. Raises InputError."""
-    if kind not in KINDS:
-        raise InputError("kind", repr(kind), nearest(str(kind), KINDS))
-    angles = kind == "orientation"
-    fitting = tuple(n for n in solver.driven if solver.graph.is_angle(n) == angles)
-    what = "angles" if angles else "slides"
-    platform = tuple(name for name in fitting if name.startswith("platform."))
-    over = (over,) if isinstance(over, str) else over
-    moved = (platform or fitting) if over is None else tuple(over)
-    for name in moved:
-        if name not in solver.driven:
-            raise InputError(
-                "over", f"{name!r}, which is not driven", nearest(str(name), solver.driven)
-            )
-        if name not in fitting:
-            raise InputError("over", f"{name!r} in a workspace of kind {kind}", f"{what} alone")
-    if len(set(moved)) != len(moved):
-        raise InputError("over", "a coordinate twice", "each once")
-    if len(moved) not in POINTS:
-        count = (
-            f"{len(moved)} driven {what} of the platform"
-            if over is None
-            else f"{len(moved)} coordinates"
-        )
-        raise InputError("over", count, "two or three to move")
-    return moved
 
 
 def _poses(
@@ -208,10 +195,10 @@ def _count(points: int | None, d: int) -> int:
     return int(points)
 
 
-def _proportions(moved: tuple[str, ...], given: Mapping[str, float] | None) -> FloatArray:
-    """One positive number for each coordinate moved (d,). Raises InputError."""
+def _proportions(moved: tuple[str, ...], given: Mapping[str, float] | None) -> FloatArray | None:
+    """One positive number for each coordinate moved (d,), if any is given. Raises InputError."""
     if given is None:
-        return np.ones(len(moved))
+        return None
     check_table(given, "proportions")
     for name in (*given, *moved):
         if name not in moved:

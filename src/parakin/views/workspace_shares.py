@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from parakin.views.workspace_units import comparable
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -14,10 +16,11 @@ if TYPE_CHECKING:
 
 def shares(found: xr.Dataset) -> dict[str, float]:
     """The share of each thing that stops it, of the boundary of what is connected to the pose, the
-    largest first. Each corner of a facet counts for its part of it.
+    largest first. Each corner of a facet counts for its part of it. Where slides and angles are
+    mixed, the boundary is measured as it is drawn: as wide as it is high.
     """
     own = found["boundary_connected"].values
-    sizes = _sizes(found["boundary"].values[own])
+    sizes = _sizes(comparable(found, found["boundary"].values[own]))
     numbers = found["boundary_stopped_by"].values[own]
     weights = np.repeat(sizes / numbers.shape[1], numbers.shape[1])
     total = np.bincount(numbers.ravel(), weights, minlength=found.sizes["stop"])
@@ -35,6 +38,11 @@ def decided(numbers: IndexArray) -> IndexArray:
         return numbers[:, 0]
     found: IndexArray = np.where(numbers[:, 1] == numbers[:, 2], numbers[:, 1], numbers[:, 0])
     return found
+
+
+def percent(share: float) -> str:
+    """A share as it is printed: what is there is not 0 %."""
+    return f"{100.0 * share:.0f} %" if share >= 0.005 else "< 1 %"
 
 
 def _sizes(facets: FloatArray) -> FloatArray:

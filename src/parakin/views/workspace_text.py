@@ -10,14 +10,14 @@ from rich.table import Table
 from rich.text import Text
 
 from parakin.design.probing import EDGE_WORDS
-from parakin.views.units import Unit, unit_of
-from parakin.views.workspace_shares import shares
+from parakin.views.units import unit_of
+from parakin.views.workspace_shares import percent, shares
+from parakin.views.workspace_units import are_mixed, size_unit, units_of
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-_POWERS = {2: "²", 3: "³"}
 _SEVERAL = {"reachable": "in any of:", "dexterous": "in all of:"}
 _DIGITS = 9  # after the point; what needs more is written with a power of ten
 
@@ -31,19 +31,13 @@ def workspace_report(found: xr.Dataset) -> RenderableType:
         heading.append(Text(_orientation_words(found)))
     if found.attrs["stopped"]:
         return Group(*heading, Text(stopped_words(found), style="bold red"))
-    d, unit = found.sizes["over"], unit_of(found.attrs["unit"] == "rad")
-    round_ = "circle" if d == 2 else "ball"
-    form = f".{_decimals(found, unit)}f"
-    half = " x ".join(f"±{unit.per_si * value:{form}}" for value in found["half_width"].values)
-    radius = unit.plain(float(found["radius"]), form)
     known = shares(found)
     lines: list[RenderableType] = [
         *heading,
         Text(size_words(found)),
-        _extent(found, unit, f"+z{form}"),
-        Text(f"largest {round_} about the pose: radius {radius}"),
-        Text(f"largest {_box(found)} about the pose: {half} {unit.name}"),
-        Text("limited by: " + ", ".join(f"{w} ({_percent(s)})" for w, s in known.items())),
+        _extent(found),
+        *_room(found),
+        Text("limited by: " + ", ".join(f"{w} ({percent(s)})" for w, s in known.items())),
         Text(
             _parts("islands, which are not connected to the pose", found["islands"].values, found)
         ),
@@ -62,28 +56,58 @@ def stopped_words(found: xr.Dataset) -> str:
 
 def size_words(found: xr.Dataset) -> str:
     """Its area or volume: "volume 0.0795 ± 0.0003 m³"."""
-    return f"{_measure(found.sizes['over'])} {_with_doubt(found)}"
+    return f"{_measure(found)} {_with_doubt(found)}"
 
 
 def _box(found: xr.Dataset) -> str:
     """What the box is called that fits."""
-    alike = np.ptp(found["half_width"].values) == 0.0
+    alike = not are_mixed(found) and np.ptp(found["half_width"].values) == 0.0
     named = ("square", "cube") if alike else ("rectangle", "box")
     return named[found.sizes["over"] - 2]
 
 
-def _decimals(found: xr.Dataset, unit: Unit) -> int:
-    """That tell a tenth of a step of the grid: extents and what fits are no surer."""
-    steps = [np.diff(found[name].values[:2]).item() for name in found["over"].values]
-    return max(0, 1 - int(np.floor(np.log10(unit.per_si * max(steps)))))
+def _forms(found: xr.Dataset) -> list[str]:
+    """How numbers are written of each coordinate moved: so that they tell a tenth of the longest
+    step of the grid in its unit; extents and what fits are no surer.
+    """
+    units = units_of(found)
+    steps = [
+        unit.per_si * np.diff(found[name].values[:2]).item()
+        for name, unit in zip(found["over"].values, units, strict=True)
+    ]
+    longest = {
+        unit: max(s for s, of in zip(steps, units, strict=True) if of == unit) for unit in units
+    }
+    return [f".{max(0, 1 - int(np.floor(np.log10(longest[unit]))))}f" for unit in units]
 
 
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.0f} %" if share >= 0.005 else "< 1 %"
+def _room(found: xr.Dataset) -> list[Text]:
+    """What fits about the pose; no circle or ball where slides and angles are mixed."""
+    round_, flat = "circle" if found.sizes["over"] == 2 else "ball", _box(found)
+    units, forms = units_of(found), _forms(found)
+    each = zip(found["half_width"].values, units, forms, strict=True)
+    halves = [f"±{unit.per_si * value:{form}}" for value, unit, form in each]
+    if are_mixed(found):
+        half = " x ".join(f"{one} {unit.name}" for one, unit in zip(halves, units, strict=True))
+        return [Text(f"largest {flat} about the pose: {half}")]
+    radius = units[0].plain(float(found["radius"]), forms[0])
+    tilt = float(found["tilt"])
+    cone = (
+        []
+        if np.isnan(tilt)
+        else [Text(f"largest tilt in every direction: {units[0].plain(tilt, forms[0])}")]
+    )
+    return [
+        Text(f"largest {round_} about the pose: radius {radius}"),
+        Text(f"largest {flat} about the pose: {' x '.join(halves)} {units[0].name}"),
+        *cone,
+    ]
 
 
-def _measure(d: int) -> str:
-    return "area" if d == 2 else "volume"
+def _measure(found: xr.Dataset) -> str:
+    if are_mixed(found):
+        return "size"
+    return "area" if found.sizes["over"] == 2 else "volume"
 
 
 def _pose_words(found: xr.Dataset) -> str:
@@ -104,15 +128,9 @@ def _orientation_words(found: xr.Dataset) -> str:
     return f"{_SEVERAL[found.attrs['kind']]} {'; '.join(each)}"
 
 
-def _size_unit(found: xr.Dataset) -> tuple[float, str]:
-    """How many make one in SI, and its name: square or cubic metres or degrees."""
-    d, angle = found.sizes["over"], found.attrs["unit"] == "rad"
-    return (float(np.degrees(1.0)) ** d if angle else 1.0), ("deg" if angle else "m") + _POWERS[d]
-
-
 def _with_doubt(found: xr.Dataset) -> str:
     """The size with its uncertainty, in as many digits as this has two."""
-    per, unit = _size_unit(found)
+    per, unit = size_unit(found)
     size, doubt = per * float(found["size"]), per * float(found["size_uncertainty"])
     digits = max(0, 1 - int(np.floor(np.log10(doubt)))) if doubt > 0.0 else 9
     if digits > _DIGITS:
@@ -124,17 +142,18 @@ def _parts(what: str, sizes: np.ndarray, found: xr.Dataset) -> str:
     """How many of something there are, and their sizes."""
     if not len(sizes):
         return f"{what}: none"
-    per, unit = _size_unit(found)
+    per, unit = size_unit(found)
     each = [f"{per * size:.4g}" for size in sizes[:6].tolist()]
     return f"{what}: {len(sizes)}, of {', '.join(each)}{', ...' * (len(sizes) > 6)} {unit}"
 
 
-def _extent(found: xr.Dataset, unit: Unit, form: str) -> Table:
+def _extent(found: xr.Dataset) -> Table:
     table = Table(box=None, pad_edge=False, header_style="bold")
     for k, heading in enumerate(("coordinate", "from", "to")):
         table.add_column(Text(heading), justify="right" if k else "left", no_wrap=True)
-    for name, ends in zip(found["over"].values, found["extent"].values, strict=True):
-        numbers = [Text(f"{unit.per_si * end:{form}}") for end in ends.tolist()]
+    rows = zip(found["over"].values, found["extent"].values, strict=True)
+    for (name, ends), unit, form in zip(rows, units_of(found), _forms(found), strict=True):
+        numbers = [Text(f"{unit.per_si * end:+z{form}}") for end in ends.tolist()]
         table.add_row(Text(f"{name} [{unit.name}]"), *numbers)
     return table
 
@@ -146,7 +165,7 @@ def frame(found: xr.Dataset) -> pd.DataFrame:
     names = found["over"].values.tolist()
     axes = np.meshgrid(*(found[name].values for name in names), indexing="ij")
     columns = {name: axis.ravel() for name, axis in zip(names, axes, strict=True)}
-    for name in ("inside", "connected", "conditioning", "stroke_left"):
+    for name in ("inside", "connected", "conditioning", "stroke_left", "effort"):
         columns[name] = found[name].values.ravel()
     columns["stopped_by"] = found["stop"].values[found["stopped_by"].values.ravel()]
     return pd.DataFrame(columns)
