@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from parakin.arrays import FloatArray, IndexArray
 from parakin.errors import InputError
 from parakin.motion.motion import Samples
-from parakin.solving.charts import SPREAD, Chart
+from parakin.solving.charts import Chart
+from parakin.solving.columns import SPREAD
 from parakin.solving.forces import Asked, Forces
 from parakin.solving.locks import Locks, begun_at
 from parakin.solving.status import SINGULAR, SOLVED, are

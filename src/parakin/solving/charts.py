@@ -33,7 +33,9 @@ from parakin.model.joints import GraphJoint
 from parakin.motion.motion import Samples
 from parakin.planning.ordering import plan_of, with_twins_read
 from parakin.planning.plan import Block, Plan
+from parakin.solving import columns
 from parakin.solving.bodies import Figures, Points
+from parakin.solving.columns import LANES
 from parakin.solving.forces import Asked, Mechanics, wound
 from parakin.solving.grip import least_singular_value, weak_rows
 from parakin.solving.status import Layout, Triple, Watched
@@ -42,8 +44,6 @@ from parakin.solving.stops import LimitRows
 _STEPS = 3  # Newton steps per run of a kernel: they reach round-off from 0.01 or 0.02 away
 _OPEN = 1e-9  # characteristic lengths: an iterated block farther from closed has not been solved
 _LOOSE = 10.0  # a home held more firmly than one over this costs no digits
-LANES = 8  # columns that machine code computes together: this many, or a divisor
-SPREAD = 8192  # columns; smaller batches are not worth a second core
 
 T = TypeVar("T")
 
@@ -82,28 +82,22 @@ class Chart:
 
     def run(self, inputs: FloatArray, *, parallel: bool = False) -> FloatArray:
         """Outputs (rows,) or (rows, n) of inputs alike."""
-        if self.lanes > 1 and (inputs.ndim == 1 or inputs.shape[1] % LANES):
-            return self._run_in_lanes(inputs, parallel=parallel)
-        out = np.empty((self.outputs.count, *inputs.shape[1:]))
-        self.kernel(inputs, out, parallel and inputs.shape[-1] >= SPREAD)
-        return out
+        count = self.outputs.count
+        if inputs.ndim == 2:
+            return columns.run(self.kernel, inputs, count, lanes=self.lanes, parallel=parallel)
+        if self.lanes == 1:
+            out = np.empty(count)
+            self.kernel(inputs, out, False)
+            return out
+        alone = inputs[:, None]
+        return columns.run(self.kernel, alone, count, lanes=self.lanes, parallel=False)[:, 0]
 
     @cached_property
     def lanes(self) -> int:
-        """How many columns are computed together where their rounding matters."""
-        return LANES if self.machine_code and self.plan.iterated else 1
-
-    def _run_in_lanes(self, inputs: FloatArray, *, parallel: bool) -> FloatArray:
-        """Run with columns filled up to whole vectors. Where Newton starts far off, the last digit
-        may decide where it ends, and machine code rounds columns left over differently.
+        """How many columns are computed together where their rounding matters: where Newton starts
+        far off, the last digit may decide where it ends.
         """
-        columns = inputs[:, None] if inputs.ndim == 1 else inputs
-        n = columns.shape[1]
-        whole = np.empty((len(inputs), n + -n % LANES))
-        whole[:, :n], whole[:, n:] = columns, columns[:, -1:]
-        out = np.empty((self.outputs.count, whole.shape[1]))
-        self.kernel(whole, out, parallel and n >= SPREAD)
-        return out[:, 0] if inputs.ndim == 1 else out[:, :n]
+        return LANES if self.machine_code and self.plan.iterated else 1
 
     def alone(self, inputs: FloatArray, guess: FloatArray) -> FloatArray:
         """Outputs (rows,) of one pose, rounded as in a batch."""

@@ -27,7 +27,8 @@ from parakin.model.designs import Designs
 from parakin.model.graph import Graph
 from parakin.planning.ordering import plan_of, with_twins
 from parakin.planning.plan import Plan
-from parakin.solving.charts import LANES
+from parakin.solving import columns
+from parakin.solving.columns import LANES
 from parakin.solving.continuity import POSITION
 from parakin.solving.status import RESIDUAL, SINGULAR, Status
 
@@ -175,12 +176,8 @@ class Homes:
 
     def _once(self, inputs: FloatArray) -> FloatArray:
         """Outputs (rows, n), in whole vectors: a column is rounded as it is in any batch."""
-        n = inputs.shape[1]
-        whole = np.empty((len(inputs), n + -n % LANES))
-        whole[:, :n], whole[:, n:] = inputs, inputs[:, -1:]
-        out = np.empty((self._outputs.count + len(self.rows.also), whole.shape[1]))
-        self._kernel(whole, out, False)
-        return out[:, :n]
+        count = self._outputs.count + len(self.rows.also)
+        return columns.run(self._kernel, inputs, count, lanes=LANES, parallel=False)
 
     def _unwind(self, out: FloatArray, before: FloatArray, h: FloatArray) -> None:
         """Count the full turns of angles on from a step before; a kernel knows none."""
