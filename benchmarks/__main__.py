@@ -1,11 +1,12 @@
 """Speed through the public API, of the flight simulator as ratios within one run.
 
-    python -m benchmarks [--long]
+    python -m benchmarks [--long] [--check [--keep]]
 
 (a) is the same case written with NumPy and SciPy as a user would write it today, (b) the closed
-form of the three strokes in plain C, built with gcc where gcc exists. Nothing else should run.
+form of the three strokes in plain C, (c) all twelve unknowns by hand in C, built with gcc where gcc
+exists. Nothing else should run.
 Timings are the best of several repeats, `at` of one pose the median. --long adds ten million
-samples written to a file.
+samples written to a file. --check compares with ratios that are kept (see `benchmarks.guard`).
 """
 
 import argparse
@@ -22,8 +23,9 @@ from rich.console import Console
 from rich.table import Table
 
 import parakin
-from benchmarks import forces
+from benchmarks import forces, guard
 from benchmarks.baselines import COORDINATES, build_c_strokes, solve_motion_scipy
+from benchmarks.by_hand import build_by_hand
 from benchmarks.timing import best, machine, median
 from parakin.files.datasets import write
 
@@ -105,6 +107,12 @@ def flight_simulator(report: Report) -> None:
         "1,000 x (a)",
         f"{theirs / bare:,.0f} x (a)",
     )
+    against_c(report, lean, np.concatenate([a[order] for a in (y, yd, ydd)]))
+    unchecked = parakin.compile("flight-simulator", checks=False)
+    without = best(lambda: unchecked.at(y, yd, ydd)) / BATCH
+    report.add(
+        "all coordinates, unchecked", f"{1e9 * without:.0f} ns a pose", "", f"{ours / without:.2f}"
+    )
     motion = solver.motion("general")
     solve = best(lambda: solver.solve(motion), 5) / motion.count
     report.add(
@@ -115,7 +123,11 @@ def flight_simulator(report: Report) -> None:
     )
     single = y[:, 0].copy(), yd[:, 0].copy(), ydd[:, 0].copy(), tick.position[:, 0].copy()
     tock = median(lambda: solver.at(*single))
-    report.add("at(), one pose with guess, median", f"{1e6 * tock:.1f} µs", "10 µs")
+    report.add("at(), one pose with guess, median", f"{1e6 * tock:.1f} µs", "5 µs")
+    bound = solver.bound()
+    bound.y[:], bound.yd[:], bound.ydd[:] = single[:3]
+    tock = median(bound.solve)
+    report.add("bound().solve(), in arrays of its own", f"{1e6 * tock:.1f} µs", "2.5 µs")
 
     big = solver.motion("general", rate=(MILLION - 1) / 3)
     samples = big.samples()
@@ -128,6 +140,34 @@ def flight_simulator(report: Report) -> None:
         f"{1e9 * both:.0f} ns a pose",
         "near 2 x one thread",
         f"{alone / both:.2f} x one thread",
+    )
+
+
+def against_c(report: Report, lean: parakin.Solver, inputs: np.ndarray) -> None:
+    """The kernel alone, as the C beside it: no arrays are made in either."""
+    by_hand = build_by_hand()
+    if by_hand is None:
+        report.add("(c) the same by hand in C", "no gcc here")
+        return
+    out, theirs = np.empty((36, inputs.shape[1])), np.ascontiguousarray(inputs)
+    by_hand(theirs, out)
+    given = [lean.driven.index(f"platform.{name}") for name in ("x", "y", "phi")]
+    mine = np.empty_like(theirs)
+    for order in range(3):
+        mine[3 * order + np.array(given)] = theirs[3 * order : 3 * order + 3]
+    found = np.empty((lean.chart.outputs.count, inputs.shape[1]))
+    lean.chart.kernel(mine, found, False)
+    places = [lean.coordinates.index(name) for name in COORDINATES]
+    rows = np.concatenate([np.array(places) + order * len(lean.coordinates) for order in range(3)])
+    assert np.abs(found[rows] - out).max() < 1e-12
+    seconds = best(lambda: by_hand(theirs, out), calls=200) / inputs.shape[1]
+    report.add("(c) the same by hand in C, 12 unknowns, v and a", f"{1e9 * seconds:.1f} ns a pose")
+    ours = best(lambda: lean.chart.kernel(mine, found, False), calls=200) / inputs.shape[1]
+    report.add(
+        "the kernel of these 12",
+        f"{1e9 * ours:.1f} ns a pose",
+        "2.2 (c)",
+        f"{ours / seconds:.2f} (c)",
     )
 
 
@@ -249,7 +289,14 @@ def ten_million(report: Report) -> None:
 def main() -> None:
     options = argparse.ArgumentParser(prog="python -m benchmarks")
     options.add_argument("--long", action="store_true", help="ten million samples to a file too")
+    options.add_argument("--check", action="store_true", help="what got slower than is kept")
+    options.add_argument("--keep", action="store_true", help="with --check: keep the new figures")
     chosen = options.parse_args()
+    console = Console(width=120)
+    if chosen.check:
+        table, slower = guard.check(keep=chosen.keep)
+        console.print(machine(), table, "", *slower or ["nothing got slower"], sep="\n")
+        sys.exit(1 if slower else 0)
     report = Report()
     flight_simulator(report)
     strokes(report)
@@ -261,7 +308,6 @@ def main() -> None:
     start_up(report)
     if chosen.long:
         ten_million(report)
-    console = Console(width=120)
     console.print(machine())
     console.print(report.table)
 

@@ -13,6 +13,7 @@ from parakin.model.graph import Graph
 from parakin.solving.charts import Chart
 from parakin.solving.stops import Stops
 
+ALIKE = 1e-9  # of one another: of what differs by no more, as by symmetry, the first is named
 _NONE = 1e-12  # of the largest: slopes below this are rounding, and so are differences
 
 
@@ -97,7 +98,7 @@ def room(bounds: Bounds, value: FloatArray, slope: FloatArray) -> Room:
         beyond = (value > bounds.high) | (value < bounds.low)
         each[beyond] = 0.0
         each[np.isnan(value) | np.isnan(slope).any(axis=1)] = np.nan
-        near = np.min(each, axis=0) * (1.0 + _NONE)  # NaN, if there is one
+        near = np.min(each, axis=0) * (1.0 + ALIKE)  # NaN, if there is one
         worst = np.argmax(np.isnan(each) | (each <= near), axis=0)  # in the order of the file
         most = each[worst, np.arange(count)]
         amount[:, side] = sign * most

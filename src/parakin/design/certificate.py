@@ -77,7 +77,7 @@ def certify(
     every = tuple(np.arange(len(y)).tolist())
     probe = Probe(
         *(solver, every, y[:, None], True, *box),
-        *(requirement.firmness, least_conditioning, None, False),
+        *(requirement.firmness, requirement.least, None, False),
     )
     return _told(solver, requirement, y, box, _proof(requirement, probe, box, int(boxes)))
 
@@ -112,8 +112,8 @@ def _box(solver: Solver, within: Mapping[str, tuple[Value, Value]], y: FloatArra
         if not box.low[i] <= y[i] <= box.high[i]:
             raise InputError(
                 f"within of {name}",
-                f"{box.low[i]:g} to {box.high[i]:g}",
-                f"the pose, at {y[i]:g}, in between",
+                f"{box.low[i]:.9g} to {box.high[i]:.9g}",
+                f"the pose, at {y[i]:.9g}, in between",
             )
     return box
 

@@ -14,7 +14,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from parakin.arrays import FloatArray
 from parakin.design.answer import Alone, Amplitudes
-from parakin.design.bounds import Bounds, moved, speed_bounds
+from parakin.design.bounds import ALIKE, Bounds, moved, speed_bounds
 from parakin.design.cuts import sampled
 from parakin.design.rays import Ray, along, places
 from parakin.design.strength import Efforts
@@ -69,16 +69,16 @@ def by_speed(atlas: Atlas, ray: Ray, most: float, bounds: Bounds, pulsation: flo
     unknown = np.isnan(square).any(axis=1)
     if unknown.any():
         return Swing(np.nan, int(unknown.argmax()))
-    best, number = float(square.min()), int(square.min(axis=1).argmin())
+    least = square.min(axis=1)
     close = (slope[:, :-1] < 0.0) & (slope[:, 1:] > 0.0)
-    close &= np.minimum(square[:, :-1], square[:, 1:]) <= _CLOSE * best
+    close &= np.minimum(square[:, :-1], square[:, 1:]) <= _CLOSE * least.min()
     for row, k in np.argwhere(close).tolist():
         at = brentq(lambda x, row=row: float(squares(np.array([x]))[1][row, 0]), s[k], s[k + 1])
-        here = float(squares(np.array([at]))[0][row, 0])
-        if here < best:
-            best, number = here, row
-    amplitude = float(np.sqrt(best))
-    return Swing(amplitude, number) if amplitude < most else Swing(most, -1)
+        least[row] = min(least[row], float(squares(np.array([at]))[0][row, 0]))
+    amplitude = float(np.sqrt(least.min()))
+    if not amplitude < (1.0 - ALIKE) * most:
+        return Swing(most, -1)
+    return Swing(amplitude, int(np.argmax(least <= (1.0 + ALIKE) * least.min())))
 
 
 def by_effort(
