@@ -1,7 +1,8 @@
 """Machine code: the kernel traced once into expressions and compiled by heyoka.
 
 The only module that knows heyoka, which is a wheel on Linux and a conda-forge package elsewhere.
-Without it the same kernel runs on NumPy arrays, about a hundred times slower. Arithmetic is
+Without it the same kernel is played back on NumPy arrays (`parakin.kernel.tape`), some twenty times
+slower. Arithmetic is
 IEEE-strict either way, so a NaN stays a NaN.
 """
 
@@ -13,15 +14,14 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from parakin.algebra.arcs import atan2
-from parakin.algebra.spatial import ARRAYS, FLOATS, Functions, Scalar, as_array
+from parakin.algebra.spatial import FLOATS, Functions, Scalar
 from parakin.arrays import FloatArray
 from parakin.kernel.forking import in_children, no_fork
 from parakin.kernel.forward import ForwardRows, accelerations
 from parakin.kernel.outputs import Outputs
 from parakin.kernel.pose import solve_pose
+from parakin.kernel.tape import Program, Tape, program
 from parakin.planning.plan import Plan
 
 # inputs (n_in,) or (n_in, batch), outputs alike, and whether to use all cores on a batch
@@ -125,7 +125,7 @@ def make_taylor(rows: ForwardRows, rtol: float) -> Taylor:
 def compiled(traced: Traced, count: int, *, machine_code: bool) -> Kernel:
     """What is traced, from `count` inputs, as a function from arrays to arrays."""
     if not machine_code:
-        return _arrays(traced)
+        return _played(traced, count)
     with no_fork():
         return _machine_code(traced, count)
 
@@ -144,12 +144,14 @@ def _traced(
     return solve_pose(plan, orders, guess, functions, outputs, steps, loads=loads)
 
 
-def _arrays(traced: Traced) -> Kernel:
+def _played(traced: Traced, count: int) -> Kernel:
+    made: list[Program] = []
+
     def kernel(inputs: FloatArray, out: FloatArray, parallel: bool) -> None:  # noqa: ARG001
-        with np.errstate(all="ignore"):  # what cannot be reached is NaN, and flagged as such
-            results = traced(list(inputs), ARRAYS)
-        for row, value in enumerate(results):
-            out[row] = as_array(value)
+        if not made:  # many kernels are made and never run
+            tape = Tape(count)
+            made.append(program(tape, traced(tape.inputs, tape.functions())))
+        (made[0].play_alone if inputs.ndim == 1 else made[0].play)(inputs, out)
 
     return kernel
 
