@@ -65,32 +65,37 @@ class Term:
     def __neg__(self) -> Term:
         return self.tape.let(np.negative, self)
 
-    def __add__(self, other: Scalar) -> Term:
-        return self.tape.let(np.add, self, other)
+    def __add__(self, other: Any) -> Any:
+        return self._with(np.add, self, other)
 
-    def __radd__(self, other: Scalar) -> Term:
-        return self.tape.let(np.add, other, self)
+    def __radd__(self, other: Any) -> Any:
+        return self._with(np.add, other, self)
 
-    def __sub__(self, other: Scalar) -> Term:
-        return self.tape.let(np.subtract, self, other)
+    def __sub__(self, other: Any) -> Any:
+        return self._with(np.subtract, self, other)
 
-    def __rsub__(self, other: Scalar) -> Term:
-        return self.tape.let(np.subtract, other, self)
+    def __rsub__(self, other: Any) -> Any:
+        return self._with(np.subtract, other, self)
 
-    def __mul__(self, other: Scalar) -> Term:
-        return self.tape.let(np.multiply, self, other)
+    def __mul__(self, other: Any) -> Any:
+        return self._with(np.multiply, self, other)
 
-    def __rmul__(self, other: Scalar) -> Term:
-        return self.tape.let(np.multiply, other, self)
+    def __rmul__(self, other: Any) -> Any:
+        return self._with(np.multiply, other, self)
 
-    def __truediv__(self, other: Scalar) -> Term:
-        return self.tape.let(np.divide, self, other)
+    def __truediv__(self, other: Any) -> Any:
+        return self._with(np.divide, self, other)
 
-    def __rtruediv__(self, other: Scalar) -> Term:
-        return self.tape.let(np.divide, other, self)
+    def __rtruediv__(self, other: Any) -> Any:
+        return self._with(np.divide, other, self)
 
     def __pow__(self, exponent: float) -> Term:
         return self.tape.let(np.power, self, exponent)
+
+    def _with(self, does: Any, a: Any, b: Any) -> Any:
+        if all(isinstance(x, (Term, int, float, np.number)) for x in (a, b)):
+            return self.tape.let(does, a, b)
+        return NotImplemented  # dual numbers know what to do with it
 
 
 class Tape:
