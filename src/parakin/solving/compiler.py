@@ -14,7 +14,6 @@ from parakin.model.expressions import Value
 from parakin.model.graph import Graph
 from parakin.model.mechanism import Mechanism
 from parakin.planning.ordering import plan_of
-from parakin.solving.modes import modes_of
 from parakin.solving.recipes import Recipe, branch_tree, made
 from parakin.solving.solver import Solver
 
@@ -110,6 +109,8 @@ def _mode(
     graph: Graph, driven: Sequence[int], home: Configuration, name: str
 ) -> Mapping[str, float]:
     """The coordinates of an assembly mode. Raises InputError on an unknown name."""
+    from parakin.solving.modes import modes_of
+
     search = modes_of(plan_of(graph, driven, home, everywhere=True))
     named = {mode.name: mode.coordinates for mode in search.modes}
     if name not in named:
