@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from parakin.arrays import FloatArray
 from parakin.errors import InputError
 from parakin.files.reading import load_motion
+from parakin.kernel.backends import Kernel
 from parakin.kernel.outputs import ORIENTATION, POINT, POSITION, Outputs
 from parakin.kinematics.configuration import Configuration
 from parakin.labelled import Labelled
@@ -71,13 +72,14 @@ class Solver:
         elsewhere: Callable[[tuple[str, ...], FloatArray], Solver],
         other: Callable[[Mapping[str, Value]], Solver],
         homes: Homes | None = None,
+        compiled: Kernel | None = None,
     ) -> None:
         self._again, self._elsewhere, self._other = again, elsewhere, other
         self.graph = graph = plan.graph.plain
         self.plan = plan
         self.mechanism = graph.mechanism
         self.machine_code = machine_code
-        self.chart = Chart(plan, outputs, reported, machine_code)
+        self.chart = Chart(plan, outputs, reported, machine_code, compiled=compiled)
         self.driven = tuple(graph.coordinates[k].name for k in plan.driven)
         self.coordinates = tuple(self._name(c) for c in outputs.coordinates[:reported])
         self.derivatives = outputs.derivatives
