@@ -6,6 +6,7 @@ import os
 import pickle
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,9 @@ from linkage import process
 import parakin
 from parakin.files import keeping
 from parakin.kernel.backends import has_machine_code
+from parakin.motion.laws import from_laws, polynomial345
 from parakin.solving import kept
+from parakin.solving.tracking import Track
 
 pytestmark = pytest.mark.skipif(not has_machine_code(), reason="heyoka is not installed")
 
@@ -50,10 +53,6 @@ def twice(name: str, **options: object) -> tuple[parakin.Solver, parakin.Solver]
     )
 
 
-def same(ours: object, theirs: object) -> None:
-    np.testing.assert_array_equal(np.asarray(ours), np.asarray(theirs), strict=True)
-
-
 def same_answers(fresh: parakin.Solver, cached: parakin.Solver) -> None:
     rng = np.random.default_rng(0)
     home = np.array([fresh.home[name] for name in fresh.driven])[:, None]
@@ -85,17 +84,41 @@ def test_a_solver_that_iterates(place: Path, hits: Callable[[], int]) -> None:
     same_answers(fresh, cached)
 
 
-@pytest.mark.parametrize(("name", "motion"), [("flight-simulator", "general"), ("bricard", None)])
+@pytest.mark.parametrize(
+    ("name", "motion"), [("flight-simulator", "general"), ("seat-3dof", "sway"), ("delta", "pick")]
+)
 def test_motions_bodies_and_forces(
-    name: str, motion: str | None, place: Path, hits: Callable[[], int]
+    name: str, motion: str, place: Path, hits: Callable[[], int]
 ) -> None:
-    """Along bricard's turn charts are exchanged."""
     fresh, cached = twice(name)
     assert hits() == 1
-    asked = motion or list(fresh.mechanism.motions)[-1]
-    forces = not fresh.no_forces
-    ours, theirs = (s.solve(asked, bodies=True, forces=forces) for s in (fresh, cached))
+    asked = {"bodies": True, "forces": True, "reactions": True, "indeterminate": "minimum-norm"}
+    ours, theirs = (s.solve(motion, **asked) for s in (fresh, cached))  # type: ignore[arg-type]
+    assert "effort" in ours
     assert ours.identical(theirs)
+
+
+def test_a_motion_on_which_charts_are_exchanged(
+    place: Path, hits: Callable[[], int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The wrist turns through where the angles of the platform lock."""
+    used: set[int] = set()
+    solve = Track.solve
+
+    def watched(self: Track, *arguments: Any, **named: Any) -> Any:
+        pieces, status = solve(self, *arguments, **named)
+        used.update(id(piece.chart) for piece in pieces)
+        return pieces, status
+
+    monkeypatch.setattr(Track, "solve", watched)
+    wrist = ["W1", "W2", "W3", "A1", "A2", "A3"]
+    fresh, cached = twice("wrist-on-delta", driven=wrist, coordinates="all")
+    assert hits() == 1
+    by = {name: polynomial345(fresh.home[name], 2.0 * (name == "W2"), 1.0) for name in wrist}
+    motion = from_laws("straight", by, 1.0, 50.0)
+    ours, theirs = (solver.solve(motion) for solver in (fresh, cached))
+    assert ours.identical(theirs)
+    assert len(used) > 2
 
 
 def test_other_options_are_other_solvers(place: Path, hits: Callable[[], int]) -> None:
@@ -107,7 +130,7 @@ def test_other_options_are_other_solvers(place: Path, hits: Callable[[], int]) -
         {"parameters": {next(iter(parakin.load("five-bar").parameters)): "0.21 m"}},
         {"driven": parakin.load("five-bar").driven[::-1]},
     ):
-        parakin.compile("five-bar", **options)  # type: ignore[arg-type]
+        parakin.compile("five-bar", **options)
         assert hits() == 0, options
     assert len(list(place.iterdir())) == 6
     assert parakin.compile("five-bar", derivatives=1).derivatives == 1
@@ -175,7 +198,22 @@ def test_a_folder_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_equal_texts_mean_equal_values() -> None:
-    values = [None, False, 0, 0.0, -0.0, "0", "", (), [], {}, (1,), [1], ("a", "b"), ("a, b",)]
+    values: list[object] = [
+        None,
+        False,
+        0,
+        0.0,
+        -0.0,
+        "0",
+        "",
+        (),
+        [],
+        {},
+        (1,),
+        [1],
+        ("a", "b"),
+        ("a, b",),
+    ]
     values += [{"a": 1, "b": 2}, {"b": 2, "a": 1}, np.float64(0.0), ((1,), 2), (1, (2,))]
     assert len({kept._told(value) for value in values}) == len(values)
     with pytest.raises(TypeError):
@@ -184,15 +222,15 @@ def test_equal_texts_mean_equal_values() -> None:
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no forks here")
 def test_a_forked_child_uses_a_solver_from_the_cache(place: Path) -> None:
-    _, cached = twice("five-bar")
-    y = np.array([cached.home[name] for name in cached.driven])
-    many = np.repeat(y[:, None], 20_000, axis=1)
-    expected = cached.at(many, parallel=True).position
-    read, write = os.pipe()
-    child = os.fork()
-    if child == 0:
-        told = cached.at(many, parallel=True).position.tobytes() == expected.tobytes()
-        os.write(write, b"same" if told else b"else")
-        os._exit(0)
-    os.waitpid(child, 0)
-    assert os.read(read, 4) == b"same"
+    script = (
+        "import numpy, os, parakin\n"
+        "parakin.compile('five-bar'); s = parakin.compile('five-bar')\n"
+        "y = numpy.repeat([[s.home[n]] for n in s.driven], 20_000, axis=1)\n"
+        "expected = s.at(y, parallel=True).position.tobytes()\n"
+        "if os.fork() == 0:\n"
+        "    os._exit(s.at(y, parallel=True).position.tobytes() != expected)\n"
+        "print(os.wait()[1])"
+    )
+    done = process("-W", "ignore", "-c", script, PARAKIN_CACHE=str(place))
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == "0"

@@ -53,7 +53,6 @@ class Chart:
     """A plan compiled for what is to be reported, the first `reported` of `outputs.coordinates`.
 
     relative_regularity: how firmly the mechanism is held where the plan was made, home being 1.
-    compiled: the kernel, if it is known.
     """
 
     plan: Plan
@@ -61,7 +60,6 @@ class Chart:
     reported: int
     machine_code: bool
     relative_regularity: float = 1.0
-    compiled: Kernel | None = None
     _figures: dict[tuple[object, ...], Figures] = field(default_factory=dict)
     _kept: dict[tuple[object, ...], Any] = field(default_factory=dict)
 
@@ -80,8 +78,6 @@ class Chart:
 
     @cached_property
     def kernel(self) -> Kernel:
-        if self.compiled is not None:
-            return self.compiled
         return make_kernel(self.plan, self.outputs, machine_code=self.machine_code, steps=_STEPS)
 
     def run(self, inputs: FloatArray, *, parallel: bool = False) -> FloatArray:

@@ -127,7 +127,7 @@ def _told(value: object) -> str:
     if value is None or kind in (bool, int, float, str, np.float64):
         return repr(value)
     if isinstance(value, BaseModel):
-        fields = ", ".join(f"{n}={_told(getattr(value, n))}" for n in kind.model_fields)
+        fields = ", ".join(f"{n}={_told(getattr(value, n))}" for n in type(value).model_fields)
         more = _told((value.__pydantic_extra__, value.__pydantic_private__))
         return f"{kind.__module__}.{kind.__qualname__}({fields}, {more})"
     if kind in (tuple, list):

@@ -79,7 +79,9 @@ class Solver:
         self.plan = plan
         self.mechanism = graph.mechanism
         self.machine_code = machine_code
-        self.chart = Chart(plan, outputs, reported, machine_code, compiled=compiled)
+        self.chart = Chart(plan, outputs, reported, machine_code)
+        if compiled is not None:
+            vars(self.chart)["kernel"] = compiled
         self.driven = tuple(graph.coordinates[k].name for k in plan.driven)
         self.coordinates = tuple(self._name(c) for c in outputs.coordinates[:reported])
         self.derivatives = outputs.derivatives
