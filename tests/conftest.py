@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,6 +16,9 @@ from parakin.cli.main import main
 from parakin.kernel.backends import has_machine_code
 
 Parakin = Callable[..., tuple[int, str, str]]
+
+# What is tested is compiled anew, and the user's cache left alone; in processes of tests, too.
+os.environ["PARAKIN_CACHE"] = "off"
 
 # The same examples in every run, so that what fails is what was changed; others on request.
 settings.register_profile("same", derandomize=True)

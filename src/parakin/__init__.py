@@ -7,8 +7,8 @@
 The packages follow the flow of the data; each imports only those listed before it (`analysis` and
 `exports` do not import each other):
 
-- `errors`, `arrays`, `caching`, `notebook`, `version`: messages, types of arrays, properties worked
-  out once, tables in notebooks, the version; all may import them
+- `errors`, `arrays`, `caching`, `labelled`, `notebook`, `version`: messages, types of arrays,
+  properties worked out once, arrays by name, tables in notebooks, the version; all may import them
 - `algebra`: vectors, rotations, dual numbers, small linear systems, on any scalar
 - `model`: the user's description of a mechanism, and its numerical form, in any design
 - `motion`: what drives a mechanism over time

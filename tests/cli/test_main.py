@@ -106,6 +106,26 @@ def test_help_costs_no_heavy_import() -> None:
     assert not heavy & set(loaded.split())
 
 
+@pytest.mark.parametrize("figure", [[], ["--plot", "general.png"]], ids=["table", "figure"])
+def test_a_plain_solve_imports_only_what_it_uses(here: Path, figure: list[str]) -> None:
+    """Results are plain arrays, tables are written without pandas, and common units are known."""
+    command = ["solve", "flight-simulator", "general", "-o", "general.csv", *figure]
+    done = process(
+        "-c",
+        "import sys\n"
+        "from parakin.cli.main import main\n"
+        f"assert main({command}) == 0\n"
+        "print('loaded:', *sorted(sys.modules))",
+    )
+    assert done.returncode == 0, done.stderr
+    loaded = set(done.stdout.partition("loaded:")[2].split())
+    assert {"numpy", "parakin.solving.solver"} <= loaded
+    unused = {"pandas", "xarray", "pyarrow", "pint", "scipy", "dask", "h5netcdf", "h5py"}
+    unused |= {"matplotlib.pyplot", "tkinter", "parakin.solving.modes", "parakin.design"}
+    assert unused & loaded == set()
+    assert ("matplotlib" in loaded) == bool(figure)
+
+
 def test_checking_a_file_reads_its_motions_too(refusal: Refusal) -> None:
     text = Path("linkage.toml").read_text()
     Path("linkage.toml").write_text(

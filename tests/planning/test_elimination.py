@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
-from parakin.planning.elimination import eliminated
+from parakin.planning.elimination import _components, _matched, eliminated
 
 
 def blocks(matrix: list[list[float]]) -> list[tuple[list[int], list[int]]] | None:
@@ -61,3 +63,31 @@ def test_any_solvable_system_is_solved_block_by_block(seed: int) -> None:
         side = b[rows] - a[np.ix_(rows, known)] @ x[known]
         x[members] = np.linalg.solve(a[np.ix_(rows, members)], side)
     np.testing.assert_allclose(x, np.linalg.solve(a, b), rtol=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_rows_are_matched_with_unknowns_where_scipy_finds_a_way(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 14))
+    square = rng.random((n, n)) < rng.uniform(0.1, 0.7)
+    theirs = maximum_bipartite_matching(csr_array(square), perm_type="column")
+    ours = _matched(square)
+    assert (ours is None) == bool((theirs < 0).any())
+    if ours is not None:
+        assert sorted(ours.tolist()) == list(range(n))
+        assert square[np.arange(n), ours].all()
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_components_are_those_of_scipy_and_come_after_what_they_need(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 14))
+    needs = rng.random((n, n)) < rng.uniform(0.02, 0.3)
+    _, labels = connected_components(csr_array(needs), directed=True, connection="strong")
+    found = _components(needs)
+    assert {frozenset(g) for g in found} == {
+        frozenset(np.flatnonzero(labels == k).tolist()) for k in labels
+    }
+    for place, group in enumerate(found):
+        known = {k for earlier in found[: place + 1] for k in earlier}
+        assert set(np.flatnonzero(needs[group].any(axis=0)).tolist()) <= known

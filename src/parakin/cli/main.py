@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import shlex
 import sys
 import time
@@ -15,11 +16,15 @@ from parakin.errors import InputError, ParakinError, printable
 if TYPE_CHECKING:
     import argparse
 
+_SELDOM = 100_000  # new objects before cycles are looked for; by default 700, which takes a tenth
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command. Returns the exit code: 0 done, 1 some samples flagged, 2 bad input, 130
     stopped by Ctrl-C.
     """
+    if arguments is None:  # a process of its own, whose imports and plans stay to its end
+        gc.set_threshold(_SELDOM)
     with Interrupts(last=arguments is None) as interrupts:
         try:
             return _run(arguments)

@@ -6,14 +6,14 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 
-import xarray as xr
 from rich.console import Console
 from rich.progress import Progress
 
 from parakin.errors import InputError
+from parakin.labelled import Labelled, joined
 from parakin.motion.motion import Motion
 from parakin.views.extremes import Extremes, extremes
-from parakin.views.thinning import every, joined
+from parakin.views.thinning import every
 
 _PATIENCE = 1.0  # seconds before there is a progress bar
 _PICTURED = 20_000  # samples, about, that figures and films are made from
@@ -24,13 +24,13 @@ class Run:
 
     def __init__(self, motion: Motion, *, pictured: bool) -> None:
         self.seconds = 0.0
-        self._last: xr.Dataset | None = None
+        self._last: Labelled | None = None
         self._extremes: Extremes | None = None
         self._motion = motion
         self._stride = max(1, motion.count // _PICTURED)
-        self._thinned: list[xr.Dataset] | None = [] if pictured else None
+        self._thinned: list[Labelled] | None = [] if pictured else None
 
-    def watched(self, windows: Iterator[xr.Dataset], console: Console) -> Iterator[xr.Dataset]:
+    def watched(self, windows: Iterator[Labelled], console: Console) -> Iterator[Labelled]:
         """The windows, with a progress bar in a terminal if they take long."""
         begun = time.perf_counter()
         with ExitStack() as stack:
@@ -53,13 +53,13 @@ class Run:
                 if bar is not None and task is not None:
                     bar.update(task, completed=self._extremes.samples)
 
-    def totals(self) -> tuple[xr.Dataset, Extremes]:
+    def totals(self) -> tuple[Labelled, Extremes]:
         """The last window, and the extremes of all. Raises InputError where there were none."""
         if self._last is None or self._extremes is None:
             raise InputError(f"motion {self._motion.name}", "no samples", "at least one")
         return self._last, self._extremes
 
-    def picture(self) -> xr.Dataset:
+    def picture(self) -> Labelled:
         """The result, thinned if it is long, for figures and films."""
         assert self._thinned is not None
         return joined(self._thinned)

@@ -8,16 +8,14 @@ import sys
 from collections.abc import Iterator, Sequence
 from datetime import datetime
 from pathlib import Path
-from typing import Any
-
-import xarray as xr
-from rich.console import RenderableType
+from typing import TYPE_CHECKING, Any
 
 from parakin.cli.inputs import check_outputs, load_mechanism, parameters, preloads, values_of
 from parakin.cli.run import Run
 from parakin.cli.streams import WIDE, console, flushed_stdout, say, tell
 from parakin.errors import InputError, printable
 from parakin.files import datasets
+from parakin.labelled import Labelled
 from parakin.model.expressions import Parameters
 from parakin.model.units import MASS, TIME
 from parakin.motion.motion import Motion
@@ -27,6 +25,11 @@ from parakin.views import plots
 from parakin.views.extremes import extremes
 from parakin.views.force_text import drift_words, forces_report, warnings
 from parakin.views.text import flag_words, singularities_report, solve_report
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from parakin.labelled import Result
 
 _WINDOW = 100_000  # samples
 _RATE, _RTOL = 1000.0, 1e-9  # of simulations [Hz]
@@ -144,16 +147,16 @@ def _forces(solver: Solver, options: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def _windows(solver: Solver, motion: Motion, asked: dict[str, Any]) -> Iterator[xr.Dataset]:
-    windows = solver.stream(motion, _WINDOW, **asked, parallel=True)
+def _windows(solver: Solver, motion: Motion, asked: dict[str, Any]) -> Iterator[Labelled]:
+    windows = solver.windows(motion, _WINDOW, **asked, parallel=True)
     # The first result of a process pays for imports and compiling, which the reported time
     # should not.
     first = dataclasses.replace(motion, count=min(motion.count, 2))
-    next(solver.stream(first, **asked), None)
+    next(solver.windows(first, 2, **asked), None)
     return windows
 
 
-def _write_result(windows: Iterator[xr.Dataset], options: argparse.Namespace) -> None:
+def _write_result(windows: Iterator[Result], options: argparse.Namespace) -> None:
     if options.animate is not None and not options.bodies:  # only the film needs them
         windows = map(_without_bodies, windows)
     if options.output == "-":
@@ -166,14 +169,14 @@ def _write_result(windows: Iterator[xr.Dataset], options: argparse.Namespace) ->
             pass
 
 
-def _without_bodies(window: xr.Dataset) -> xr.Dataset:
+def _without_bodies(window: Result) -> Result:
     """The axes are those of reactions too."""
     return window.drop_dims(["body", "quaternion", *(["axis"] if "joint" not in window else [])])
 
 
 def _draw_pictures(
     solver: Solver,
-    result: xr.Dataset,
+    result: Result,
     title: str,
     options: argparse.Namespace,
     plotted: Sequence[str] | None,
@@ -185,14 +188,16 @@ def _draw_pictures(
         from parakin.views import film
         from parakin.views.solids.drawing import drawing_of
 
+        if isinstance(result, Labelled):
+            result = result.dataset()
         film.save(drawing_of(solver.graph), result, options.animate, symbols, title)
 
 
-def _singularities(solver: Solver, motion: Motion, picture: xr.Dataset) -> RenderableType:
+def _singularities(solver: Solver, motion: Motion, picture: Labelled) -> RenderableType:
     from parakin.analysis.singularities import singularities
 
     whole = picture.sizes["time"] == motion.count  # the picture of a long motion is thinned
-    return singularities_report(singularities(solver, picture, motion if whole else None))
+    return singularities_report(singularities(solver, picture.dataset(), motion if whole else None))
 
 
 def report(options: argparse.Namespace) -> int:
@@ -208,10 +213,10 @@ def report(options: argparse.Namespace) -> int:
     asked: dict[str, Any] = {"preload": preloads(solver.graph, options.preload)}
     if options.preload or not solver.no_forces:
         asked |= {"forces": True, "reactions": True}
-    for _ in run.watched(solver.stream(motion, _WINDOW, **asked, parallel=True), screen):
+    for _ in run.watched(solver.windows(motion, _WINDOW, **asked, parallel=True), screen):
         pass
     _, extremes = run.totals()
-    solved = reports.Solved(solver, motion, run.picture(), extremes)
+    solved = reports.Solved(solver, motion, run.picture().dataset(), extremes)
     page = reports.report(solved, options.typed, datetime.now().astimezone())
     reports.write(page, options.output)
     flagged = flag_words(extremes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import io
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -15,9 +16,10 @@ from parakin.model.validation import refuse_control
 
 if TYPE_CHECKING:
     import pandas as pd
-    import xarray as xr
 
-_PAGE = 4096  # bytes
+    from parakin.labelled import Result
+
+_PAGE = 4096  # bytes, or rows of a table
 SUFFIXES = (".csv", ".nc", ".parquet")
 _NEEDS = {".nc": ("h5netcdf", "h5py"), ".parquet": ("pyarrow",)}
 _BODY = {
@@ -36,36 +38,41 @@ def check_output(path: Path) -> None:
     check_suffix(path, SUFFIXES, dict(zip(needs, needs, strict=True)), "files")
 
 
-def frame(ds: xr.Dataset) -> pd.DataFrame:
-    """The Dataset as a flat table, SI, a row per sample: `time`, `A2.position`, ..., `status`,
+def frame(ds: Result) -> pd.DataFrame:
+    """The result as a flat table, see `columns`."""
+    import pandas as pd
+
+    return pd.DataFrame(columns(ds))
+
+
+def columns(ds: Result) -> dict[str, Any]:
+    """The result as a flat table, SI, a row per sample: `time`, `A2.position`, ..., `status`,
     `residual`, `stopped_by`: numbers alone, so that any program can read them.
 
     Bodies, if there are any, come before the last three: `rod.position.x`, ...; then forces:
     `P1.effort`, ..., `A2.reaction_force.x`, ...
     """
-    import pandas as pd
-
-    columns: dict[str, Any] = {"time": ds["time"].values}
+    table: dict[str, Any] = {"time": ds["time"].values}
     orders = {order: ds[order].values for order in ORDERS if order in ds}
     for k, name in enumerate(ds["coordinate"].values.tolist()):
         for order, values in orders.items():
-            columns[f"{name}.{order}"] = values[:, k]
+            table[f"{name}.{order}"] = values[:, k]
     if "body" in ds:
         for b, body in enumerate(ds["body"].values.tolist()):
             for label, variable in _BODY.items():
                 axes = ds["quaternion" if label == "orientation" else "axis"].values.tolist()
                 for a, axis in enumerate(axes):
-                    columns[f"{body}.{label}.{axis}"] = ds[variable].values[:, b, a]
-    columns |= _forces(ds)
-    columns["status"] = ds["status"].values
-    columns["residual"] = ds["residual"].values
-    columns["stopped_by"] = ds["stopped_by"].values
-    return pd.DataFrame(columns)
+                    table[f"{body}.{label}.{axis}"] = ds[variable].values[:, b, a]
+    table |= _forces(ds)
+    table["status"] = ds["status"].values
+    table["residual"] = ds["residual"].values
+    table["stopped_by"] = ds["stopped_by"].values
+    return table
 
 
-def _forces(ds: xr.Dataset) -> dict[str, Any]:
+def _forces(ds: Result) -> dict[str, Any]:
     """Columns of forces and energies, those of each actuator and joint together."""
-    columns: dict[str, Any] = {}
+    table: dict[str, Any] = {}
     for place, (dimension, names) in enumerate(
         (("actuator", PER_ACTUATOR), ("joint", PER_JOINT), ("idle", ("idle_effort",)))
     ):
@@ -75,22 +82,22 @@ def _forces(ds: xr.Dataset) -> dict[str, Any]:
                 values = ds[name].values
                 if dimension == "joint":
                     for a, axis in enumerate("xyz"):
-                        columns[f"{label}.{name}.{axis}"] = values[:, k, a]
+                        table[f"{label}.{name}.{axis}"] = values[:, k, a]
                 else:
-                    columns[f"{label}.{name}"] = values[:, k]
+                    table[f"{label}.{name}"] = values[:, k]
         if place == 0 and "effort_conditioning" in ds:
-            columns["effort_conditioning"] = ds["effort_conditioning"].values
-    return columns | {name: ds[name].values for name in OF_MECHANISM if name in ds}
+            table["effort_conditioning"] = ds["effort_conditioning"].values
+    return table | {name: ds[name].values for name in OF_MECHANISM if name in ds}
 
 
-def write(windows: Iterable[xr.Dataset], path: Path) -> None:
+def write(windows: Iterable[Result], path: Path) -> None:
     """Write consecutive windows of one result to `path`, in the format of its suffix.
 
     Doubles are written in full. If it fails, nothing is left behind. Raises InputError if the
     path cannot be written.
     """
     check_output(path)
-    writer: Callable[[Iterable[xr.Dataset], Path], None] = {
+    writer: Callable[[Iterable[Result], Path], None] = {
         ".csv": _csv,
         ".nc": _netcdf,
         ".parquet": _parquet,
@@ -99,7 +106,7 @@ def write(windows: Iterable[xr.Dataset], path: Path) -> None:
         writer(_checked(windows, path), temporary)
 
 
-def _checked(windows: Iterable[xr.Dataset], path: Path) -> Iterator[xr.Dataset]:
+def _checked(windows: Iterable[Result], path: Path) -> Iterator[Result]:
     """The windows. Raises InputError on texts that no file can hold."""
     for ds in windows:
         for name, value in ds.attrs.items():
@@ -109,18 +116,35 @@ def _checked(windows: Iterable[xr.Dataset], path: Path) -> Iterator[xr.Dataset]:
         yield ds
 
 
-def write_csv(windows: Iterable[xr.Dataset], stream: TextIO) -> None:
-    """Write consecutive windows of one result as CSV to an open stream."""
+def write_csv(windows: Iterable[Result], stream: TextIO) -> None:
+    """Write consecutive windows of one result as CSV to an open stream: numbers in full, as
+    Python and pandas write them, and nothing where one is NaN.
+    """
+    writer = csv.writer(stream, lineterminator="\n")
     for number, ds in enumerate(windows):
-        frame(ds).to_csv(stream, index=False, header=number == 0, lineterminator="\n")
+        table = columns(ds)
+        if number == 0:
+            writer.writerow(table)
+        for start in range(0, len(table["time"]), _PAGE):
+            page = [_cells(values[start : start + _PAGE]) for values in table.values()]
+            writer.writerows(zip(*page, strict=True))
 
 
-def _csv(windows: Iterable[xr.Dataset], path: Path) -> None:
+def _cells(values: Any) -> list[Any]:
+    """Numbers of a column."""
+    cells: list[Any] = values.tolist()
+    if values.dtype.kind == "f":
+        for k in np.flatnonzero(np.isnan(values)):
+            cells[k] = ""
+    return cells
+
+
+def _csv(windows: Iterable[Result], path: Path) -> None:
     with path.open("w", encoding="utf-8", newline="") as stream:
         write_csv(windows, stream)
 
 
-def _parquet(windows: Iterable[xr.Dataset], path: Path) -> None:
+def _parquet(windows: Iterable[Result], path: Path) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -140,10 +164,10 @@ def _parquet(windows: Iterable[xr.Dataset], path: Path) -> None:
                 writer.close()
 
 
-def _netcdf(windows: Iterable[xr.Dataset], path: Path) -> None:
+def _netcdf(windows: Iterable[Result], path: Path) -> None:
     import h5netcdf
 
-    iterator: Iterator[xr.Dataset] = iter(windows)
+    iterator: Iterator[Result] = iter(windows)
     first = next(iterator)
     with _DeferredFailure(path, "w+") as stream, h5netcdf.File(stream, "w") as file:
         file.dimensions = {
@@ -266,7 +290,7 @@ def _text_type() -> Any:
     return h5py.string_dtype()
 
 
-def _append(file: Any, ds: xr.Dataset, start: int) -> None:
+def _append(file: Any, ds: Result, start: int) -> None:
     stop = start + ds.sizes["time"]
     file.resize_dimension("time", stop)
     for name, variable in ds.variables.items():

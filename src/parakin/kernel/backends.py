@@ -9,7 +9,10 @@ IEEE-strict either way, so a NaN stays a NaN.
 from __future__ import annotations
 
 import copy
+import functools
 import importlib.util
+import os
+import pickle
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, NamedTuple
@@ -43,6 +46,8 @@ class Flow(NamedTuple):
 Taylor = Callable[
     [FloatArray, FloatArray, tuple[float, float], Callable[[float, FloatArray], bool]], Flow
 ]
+_CODE = "code"  # of a kernel in machine code: heyoka's function
+
 Traced = Callable[[Sequence[Scalar], Functions], list[Scalar]]
 
 
@@ -213,8 +218,10 @@ def _machine_code(traced: Traced, count: int) -> Kernel:
     inputs = hy.make_vars(*(f"i{k}" for k in range(count)))
     inputs = inputs if isinstance(inputs, list) else [inputs]
     results = traced(list(inputs), _symbolic())
-    code = hy.cfunc([_constant(result) for result in results], vars=inputs)
+    return _kernel_of(hy.cfunc([_constant(result) for result in results], vars=inputs))
 
+
+def _kernel_of(code: Any) -> Kernel:
     def kernel(inputs: FloatArray, out: FloatArray, parallel: bool) -> None:
         if inputs.ndim == 1:
             code(inputs, outputs=out)
@@ -224,4 +231,43 @@ def _machine_code(traced: Traced, count: int) -> Kernel:
             with no_fork():
                 code(inputs, outputs=out, batch_parallel=True)
 
+    vars(kernel)[_CODE] = code
     return kernel
+
+
+@functools.cache
+def made_by() -> str:
+    """What machine code depends on beyond what is traced: heyoka, by version and library, and the
+    processor, as LLVM knows it.
+    """
+    import heyoka as hy
+    from heyoka import _core
+
+    hy.set_logger_level_error()
+    library, known = os.stat(_core.__file__), hy.llvm_state.get_diskcache_enabled()
+    x = hy.make_vars("x")
+    with no_fork():
+        # Heyoka's own cache may be of gigabytes, and takes half a second to open then.
+        hy.llvm_state.set_diskcache_enabled(False)
+        try:
+            (state, *_) = hy.cfunc([x], vars=[x]).llvm_states
+        finally:
+            hy.llvm_state.set_diskcache_enabled(known)
+    processor = " ".join(str(state).split())
+    return f"heyoka {hy.__version__} {library.st_size} {library.st_mtime_ns}, {processor}"
+
+
+def packed(kernel: Kernel) -> bytes | None:
+    """Machine code, to be unpacked by what `made_by` says is the same; None if it is none."""
+    code = vars(kernel).get(_CODE)
+    return None if code is None else pickle.dumps(code, protocol=5)
+
+
+def unpacked(content: bytes) -> Kernel:
+    """The kernel of packed machine code."""
+    import heyoka as hy
+
+    in_children(_on_one_core)
+    hy.set_logger_level_error()
+    with no_fork():
+        return _kernel_of(pickle.loads(content))

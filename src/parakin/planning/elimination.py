@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
 from parakin.arrays import BoolArray, FloatArray, IndexArray
 
@@ -82,18 +81,76 @@ def _independent(jacobian: FloatArray, counts: IndexArray) -> list[int]:
 def _sorted(pattern: BoolArray, members: IndexArray, chosen: Sequence[int]) -> list[Members]:
     """One system's rows matched with its unknowns: its strongly connected components, in order."""
     square = pattern[np.array(chosen)][:, members]
-    match = maximum_bipartite_matching(csr_array(square), perm_type="column")
-    if len(members) == 1 or (match < 0).any():
+    match = None if len(members) == 1 else _matched(square)
+    if match is None:
         return [(members.tolist(), list(chosen))]
     needs = square[:, match]  # row i solves unknown match[i]; needs[i, j]: it needs that of row j
-    _, labels = connected_components(csr_array(needs), directed=True, connection="strong")
-    groups = [np.flatnonzero(labels == g).tolist() for g in sorted(set(labels.tolist()))]
-    done: set[int] = set()
-    blocks: list[Members] = []
-    while len(done) < len(members):
-        for group in groups:
-            wanted = set(np.flatnonzero(needs[group].any(axis=0)).tolist()) - set(group)
-            if group[0] not in done and wanted <= done:
-                blocks.append((members[match[group]].tolist(), [chosen[i] for i in group]))
-                done |= set(group)
-    return blocks
+    return [
+        (members[match[group]].tolist(), [chosen[i] for i in group]) for group in _components(needs)
+    ]
+
+
+def _matched(square: BoolArray) -> IndexArray | None:
+    """For each row a column of its own where it is true; None where there is no such choice.
+
+    After Hopcroft and Karp: as long as rows are left over, they take columns along the shortest
+    paths on which rows pass theirs on. (SciPy has this, but takes longer to import than most
+    mechanisms to plan, and tells that its choice may change from version to version.)
+    """
+    near = [np.flatnonzero(row).tolist() for row in square]
+    of_row, of_column = ([-1] * len(square) for _ in range(2))
+
+    def steps() -> tuple[dict[int, int], float]:
+        level = {row: 0 for row, column in enumerate(of_row) if column < 0}
+        queue, last = list(level), math.inf
+        for row in queue:
+            for holder in (of_column[column] for column in near[row] if level[row] < last):
+                if holder < 0:
+                    last = level[row] + 1
+                elif holder not in level:
+                    level[holder] = level[row] + 1
+                    queue.append(holder)
+        return level, last
+
+    def passed_on(row: int, level: dict[int, int], last: float) -> bool:
+        step = level.pop(row) + 1  # on one path only
+        holders = [(of_column[column], column) for column in near[row]]
+        free = [column for holder, column in holders if holder < 0 and step == last]
+        further = (c for holder, c in reversed(holders) if level.get(holder) == step)
+        for column in free[:1] or further:
+            if of_column[column] < 0 or passed_on(of_column[column], level, last):
+                of_row[row], of_column[column] = column, row
+                return True
+        return False
+
+    while -1 in of_row:
+        level, last = steps()
+        if last == math.inf:
+            return None
+        for row in [row for row, column in enumerate(of_row) if column < 0]:
+            passed_on(row, level, last)
+    return np.array(of_row)
+
+
+def _components(needs: BoolArray) -> list[list[int]]:
+    """Rows that need each other, directly or not, together; after those that they need."""
+    n = len(needs)
+    reach = needs | np.eye(n, dtype=bool)
+    for _ in range(n.bit_length()):
+        reach = reach @ reach
+    together = reach & reach.T
+    finished: dict[int, int] = {}
+    left = set(range(n))
+
+    def visit(row: int) -> None:
+        left.discard(row)
+        for other in np.flatnonzero(needs[row]).tolist():
+            if other in left:
+                visit(other)
+        finished[row] = len(finished)
+
+    for row in range(n):
+        if row in left:
+            visit(row)
+    groups = {tuple(np.flatnonzero(row).tolist()) for row in together}
+    return [list(g) for g in sorted(groups, key=lambda g: max(finished[k] for k in g))]

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.linalg import qr
 
 from parakin.arrays import FloatArray
 from parakin.kinematics.closure import Row
@@ -30,6 +29,8 @@ def holding_rows(plan: Plan, samples: Sequence[Configuration]) -> tuple[Row, ...
     """
     if not plan.unsolved:
         return ()
+    from scipy.linalg import qr  # here, as it takes long to import
+
     held = [_held(plan, configure(plan.graph, plan.tree, at.q)) for at in samples]
     rows = closure_system(plan.graph, plan.tree, samples[0], loop_signs(plan.graph, plan.tree))[2]
     count = len(plan.unsolved)

@@ -14,8 +14,8 @@ from parakin.model.expressions import Value
 from parakin.model.graph import Graph
 from parakin.model.mechanism import Mechanism
 from parakin.planning.ordering import plan_of
-from parakin.solving.modes import modes_of
-from parakin.solving.recipes import Recipe, branch_tree, made
+from parakin.solving import kept
+from parakin.solving.recipes import Recipe, branch_tree, made, restored
 from parakin.solving.solver import Solver
 
 
@@ -51,6 +51,8 @@ def compile(
     parameters: overrides by name.
     free: names of parameters to be left open, so that `Solver.at` can be asked for other designs;
     home of a design is found by walking from the file's own.
+    What is compiled in machine code is kept in the user's cache, if near and free are not given:
+    the next process has it at once (see the guide on where, and how to switch that off).
     A pickled solver contains only what it was compiled from, and where it stands; it is compiled
     again when it is unpickled, once in each process (of those that came, the last 16 are kept).
     Raises InputError, AssemblyError, DrivenError.
@@ -62,29 +64,29 @@ def compile(
         coordinates = tuple(coordinates)
         if not coordinates:
             raise InputError("coordinates", "none", "at least one")
+    names, free = _driven(mechanism, driven), _free(free)
+    asked = names, coordinates, derivatives, checks, tuple(cut), machine_code
+    key = None
+    if near is None and not free and machine_code is not False:
+        key = kept.key_of(mechanism, *asked)
+    known = None if key is None else kept.found(key, mechanism)
+    if known is not None:
+        return restored(Recipe(mechanism, *asked, known.own, None), known)
     graph = graph_of(mechanism)
-    names = _driven(mechanism, driven)
     numbers = [graph.index(name, f"{mechanism.where}: driven") for name in names]
     own = assembled(graph)
     if isinstance(near, str):
         near = _mode(graph, numbers, own, near)
-    free = _free(free)
     if free and near is not None:
         raise InputError("near", "another mode, with parameters left open", "one of the two")
     home = None if near is None else _near(graph, own, numbers, near)
-    recipe = Recipe(
-        mechanism,
-        names,
-        coordinates,
-        derivatives,
-        checks,
-        tuple(cut),
-        machine_code,
-        tuple(own.q.tolist()),
-        None if home is None else tuple(home.q.tolist()),
-        free,
-    )
-    return made(graph, recipe)
+    at, at_home = tuple(own.q.tolist()), None if home is None else tuple(home.q.tolist())
+    solver = made(graph, Recipe(mechanism, *asked, at, at_home, free))
+    if key is not None:
+        chart = solver.chart
+        ours = kept.Kept(at, chart.plan, chart.outputs, chart.reported, chart.kernel)
+        kept.keep(key, mechanism, ours)
+    return solver
 
 
 def _free(names: Sequence[str] | str | None) -> tuple[str, ...]:
@@ -110,6 +112,8 @@ def _mode(
     graph: Graph, driven: Sequence[int], home: Configuration, name: str
 ) -> Mapping[str, float]:
     """The coordinates of an assembly mode. Raises InputError on an unknown name."""
+    from parakin.solving.modes import modes_of
+
     search = modes_of(plan_of(graph, driven, home, everywhere=True))
     named = {mode.name: mode.coordinates for mode in search.modes}
     if name not in named:

@@ -16,7 +16,7 @@ import numpy as np
 
 from parakin.arrays import FloatArray
 from parakin.errors import InputError, nearest
-from parakin.kernel.backends import has_machine_code
+from parakin.kernel.backends import Kernel, has_machine_code
 from parakin.kernel.outputs import Outputs
 from parakin.kinematics.assembly import assembled, home_tree, homes_of
 from parakin.kinematics.configuration import Configuration, configure
@@ -30,6 +30,7 @@ from parakin.planning.plan import Plan
 from parakin.solving.charts import also_known
 from parakin.solving.forces import is_finite, wound
 from parakin.solving.homes import Homes
+from parakin.solving.kept import Kept
 from parakin.solving.solver import Solver
 
 _KEPT = 16  # solvers that came to this process, though nothing else holds them any more
@@ -78,13 +79,22 @@ def made(graph: Graph, recipe: Recipe) -> Solver:
     """The solver of a recipe. Raises InputError, DrivenError; and InputError on a mechanism that
     cannot be pickled.
     """
+    return _made(graph, recipe, _sent(recipe))
+
+
+def restored(recipe: Recipe, kept: Kept) -> Solver:
+    """The solver of a recipe, of what was kept of it: one of a fixed design, at its own home."""
+    return _known(recipe, _sent(recipe), *kept[1:4], machine_code=True, compiled=kept.kernel)
+
+
+def _sent(recipe: Recipe) -> bytes:
+    """Raises InputError on a mechanism that cannot be pickled."""
     try:
-        sent = pickle.dumps(recipe, protocol=5)
+        return pickle.dumps(recipe, protocol=5)
     except Exception as error:  # whatever somebody else's object raises
         found = f"something that cannot be pickled: {error}"
         expected = "numbers, text, lists and tables"
         raise InputError(recipe.mechanism.where, found, expected) from None
-    return _made(graph, recipe, sent)
 
 
 def _made(graph: Graph, recipe: Recipe, sent: bytes) -> Solver:
@@ -109,15 +119,31 @@ def _made(graph: Graph, recipe: Recipe, sent: bytes) -> Solver:
             found = "a home where the three angles of some joint are all but undefined"
             raise InputError(f"{mechanism.where}: free", found, "another home, or a fixed design")
         homes = Homes.of(designs, graph, own, others, known, machine_code=code)
+    return _known(recipe, sent, plan, outputs, len(chosen), machine_code=code, homes=homes)
+
+
+def _known(
+    recipe: Recipe,
+    sent: bytes,
+    plan: Plan,
+    outputs: Outputs,
+    reported: int,
+    *,
+    machine_code: bool,
+    homes: Homes | None = None,
+    compiled: Kernel | None = None,
+) -> Solver:
+    """The solver of a plan, which is among those that are not made again when they arrive."""
     solver = Solver(
         plan,
         outputs,
-        len(chosen),
-        machine_code=code,
+        reported,
+        machine_code=machine_code,
         again=(arrived, (sent,)),
         elsewhere=partial(driven_by, recipe),
         other=partial(designed, recipe),
         homes=homes,
+        compiled=compiled,
     )
     _kept.alive[sent] = solver
     return solver

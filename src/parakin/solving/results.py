@@ -1,4 +1,4 @@
-"""Results as labelled arrays: what the solver found, as an xarray Dataset users know how to use."""
+"""Results as labelled arrays: what the solver found, for the xarray Dataset users know."""
 
 from __future__ import annotations
 
@@ -22,12 +22,14 @@ from parakin.kernel.outputs import (
     VELOCITY,
     Outputs,
 )
+from parakin.labelled import Labelled, Variable
 from parakin.solving.status import Status
 from parakin.solving.stops import Stopped, Stops
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from parakin.labelled import Result
     from parakin.model.graph import Graph
     from parakin.motion.motion import Motion
 
@@ -52,39 +54,44 @@ class Labels:
         return tuple(known.get(name, "rad") for name in self.coordinates)  # the rest are cones
 
     @cached_property
-    def common(self) -> tuple[dict[Hashable, xr.Variable], dict[Hashable, xr.Index]]:
-        """Names of coordinates and stops, their units and what drives, with their indexes."""
-        import xarray as xr
-
+    def names(self) -> dict[str, Variable]:
+        """Names of coordinates and stops, their units and what drives."""
         graph = self.graph
         numbers = {c.name: k for k, c in enumerate(graph.coordinates)}
         actuated = [
             name in numbers and graph.coordinates[numbers[name]].actuated
             for name in self.coordinates
         ]
-        labels = xr.Coordinates(
-            {
-                "coordinate": list(self.coordinates),
-                "unit": ("coordinate", list(self.units)),
-                "actuated": ("coordinate", actuated),
-                "driven": ("coordinate", [name in self.driven for name in self.coordinates]),
-                "stop": list(self.stops.names),
-                "stop_unit": ("stop", list(self.stops.units)),
-            }
-        )
-        return dict(labels.variables), dict(labels.xindexes)
+        return {
+            "coordinate": Variable.of("coordinate", list(self.coordinates)),
+            "unit": Variable.of("coordinate", list(self.units)),
+            "actuated": Variable.of("coordinate", actuated),
+            "driven": Variable.of("coordinate", [name in self.driven for name in self.coordinates]),
+            "stop": Variable.of("stop", list(self.stops.names)),
+            "stop_unit": Variable.of("stop", list(self.stops.units)),
+        }
 
     @cached_property
-    def fixed(self) -> dict[str, xr.Variable]:
-        """What is the same for every motion: home and the limits."""
+    def common(self) -> tuple[dict[Hashable, xr.Variable], dict[Hashable, xr.Index]]:
+        """The same as xarray has them, with their indexes."""
         import xarray as xr
 
+        labels = xr.Coordinates(self.names)
+        return dict(labels.variables), dict(labels.xindexes)
+
+    def dataset(self, result: Labelled) -> xr.Dataset:
+        """A result as users get it."""
+        return result.dataset(self.common)
+
+    @cached_property
+    def fixed(self) -> dict[str, Variable]:
+        """What is the same for every motion: home and the limits."""
         home = [self.home.get(name, np.nan) for name in self.coordinates]
         units = {"comment": "SI; see stop_unit"}
         return {
-            "home": xr.Variable("coordinate", home),
-            "limit_low": xr.Variable("stop", list(self.stops.low), units),
-            "limit_high": xr.Variable("stop", list(self.stops.high), units),
+            "home": Variable.of("coordinate", home),
+            "limit_low": Variable.of("stop", list(self.stops.low), units),
+            "limit_high": Variable.of("stop", list(self.stops.high), units),
         }
 
 
@@ -99,7 +106,7 @@ class Verdict(NamedTuple):
     met: str = ""
 
 
-def dataset(
+def labelled(
     of: Labels,
     motion: Motion,
     time: FloatArray,
@@ -108,14 +115,12 @@ def dataset(
     points: Sequence[str],
     figures: FloatArray | None,
     forces: tuple[Mapping[str, Any], Mapping[str, Any]] | None = None,
-    before: xr.Dataset | None = None,
-) -> xr.Dataset:
-    """Kernel outputs (rows, n) as a Dataset over time and coordinate (and point, axis).
+    before: Labelled | None = None,
+) -> Labelled:
+    """Kernel outputs (rows, n) as variables over time and coordinate (and point, axis).
 
     forces: variables and labels of `force_variables`. before: the window before this one.
     """
-    import xarray as xr
-
     rows, over = of.rows, ("time", "coordinate")
     unit = " or ".join(sorted(set(of.units)))
     variables: dict[str, Any] = {
@@ -129,15 +134,15 @@ def dataset(
         "conditioning": ("time", out[rows.conditioning], {"units": "1"}),
     }
     variables |= _stopped(verdict) | of.fixed
-    labels = {"time": xr.Variable("time", time, {"units": "s"})}
+    labels: dict[str, Any] = {**of.names, "time": ("time", time, {"units": "s"})}
     if figures is not None:
         last = None if before is None else before["body_orientation"].values[-1]
         variables |= _bodies(figures, len(points), len(time), last)
         known = {"body": list(points), "axis": list("xyz"), "quaternion": list("wxyz")}
-        labels |= {name: xr.Variable(name, values) for name, values in known.items()}
+        labels |= {name: (name, values) for name, values in known.items()}
     if forces is not None:
         variables |= forces[0]
-        labels |= {name: xr.Variable(*values) for name, values in forces[1].items()}
+        labels |= forces[1]
     attributes = {
         "mechanism": of.graph.mechanism.name,
         "motion": motion.name,
@@ -145,11 +150,8 @@ def dataset(
         "characteristic_length": of.graph.length,
         "stops_met": verdict.met,
     }
-    common, indexes = of.common
-    indexes = indexes | {
-        n: xr.indexes.PandasIndex(v.values, n) for n, v in labels.items() if v.dims == (n,)
-    }
-    return xr.Dataset(variables, xr.Coordinates(common | labels, indexes), attributes)
+    every = {name: Variable.of(*known) for name, known in (variables | labels).items()}
+    return Labelled(every, tuple(labels), attributes)
 
 
 def history(ds: xr.Dataset, coordinate: str) -> xr.Dataset:
@@ -204,7 +206,7 @@ def _stopped(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def flag_words(ds: xr.Dataset, sample: int) -> str:
+def flag_words(ds: Result, sample: int) -> str:
     """A sample's status in words and what stopped it, by how much and when first, as far as that is
     known; "" where it converged. For example "limit exceeded: P6 at 1.262 m, limit 1.260 m, first
     at t = 0.88 s".
@@ -215,7 +217,7 @@ def flag_words(ds: xr.Dataset, sample: int) -> str:
     return "" if status == Status.CONVERGED else ": ".join(filter(None, (status.words, because)))
 
 
-def stop_words(ds: xr.Dataset, sample: int) -> str:
+def stop_words(ds: Result, sample: int) -> str:
     """What stopped a sample of a result and by how much; "" if that is not known."""
     known = ("stop", "stop_unit", "limit_low", "limit_high")
     number, excess = int(ds["stopped_by"].values[sample]), float(ds["excess"].values[sample])

@@ -88,7 +88,8 @@ def _solved(graph: Graph, windows: Windows, found: Simulated, rtol: float) -> xr
     """The motion of a part, solved. Where a solved pose is another one than was integrated, it is
     flagged as a change of branch.
     """
-    (result,) = windows.solve(found.motion, found.motion.count, derivatives=2, parallel=False)
+    (plain,) = windows.solve(found.motion, found.motion.count, derivatives=2, parallel=False)
+    result = windows.labels.dataset(plain)
     status = result["status"].values
     wrong = np.zeros(len(status), dtype=bool)
     for name in set(found.told.positions).intersection(result["coordinate"].values.tolist()):

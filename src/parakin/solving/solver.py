@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,8 +18,10 @@ from numpy.typing import ArrayLike
 from parakin.arrays import FloatArray
 from parakin.errors import InputError
 from parakin.files.reading import load_motion
+from parakin.kernel.backends import Kernel
 from parakin.kernel.outputs import ORIENTATION, POINT, POSITION, Outputs
 from parakin.kinematics.configuration import Configuration
+from parakin.labelled import Labelled
 from parakin.model.expressions import Value
 from parakin.motion.motion import Motion, Samples
 from parakin.planning.plan import Plan
@@ -70,6 +72,7 @@ class Solver:
         elsewhere: Callable[[tuple[str, ...], FloatArray], Solver],
         other: Callable[[Mapping[str, Value]], Solver],
         homes: Homes | None = None,
+        compiled: Kernel | None = None,
     ) -> None:
         self._again, self._elsewhere, self._other = again, elsewhere, other
         self.graph = graph = plan.graph.plain
@@ -77,6 +80,8 @@ class Solver:
         self.mechanism = graph.mechanism
         self.machine_code = machine_code
         self.chart = Chart(plan, outputs, reported, machine_code)
+        if compiled is not None:
+            vars(self.chart)["kernel"] = compiled
         self.driven = tuple(graph.coordinates[k].name for k in plan.driven)
         self.coordinates = tuple(self._name(c) for c in outputs.coordinates[:reported])
         self.derivatives = outputs.derivatives
@@ -287,10 +292,10 @@ class Solver:
         masses, with too few actuators, or, without a preload, with too many.
         """
         motion = self._driving(motion)
-        windows = self._windows(bodies, forces, reactions, energies, preload, indeterminate, loads)
+        asked = self._windows(bodies, forces, reactions, energies, preload, indeterminate, loads)
         size = max(motion.count, 1)
-        (result,) = windows.solve(motion, size, derivatives=self.derivatives, parallel=parallel)
-        return result
+        (result,) = asked.solve(motion, size, derivatives=self.derivatives, parallel=parallel)
+        return self._labels.dataset(result)
 
     def stream(
         self,
@@ -309,21 +314,32 @@ class Solver:
         """Solve as `solve` does, but in windows of at most `size` samples, each a Dataset, so that
         a motion of any length fits in memory.
         """
+        asked = self._windows(bodies, forces, reactions, energies, preload, indeterminate, loads)
+        return map(self._labels.dataset, self._stream(motion, size, asked, parallel))
+
+    def windows(
+        self, motion: Motion | str | Path, size: int, *, parallel: bool = False, **asked: Any
+    ) -> Iterator[Labelled]:
+        """As `stream` with the same arguments, but without xarray, which takes long to import."""
+        return self._stream(motion, size, self._windows(**asked), parallel)
+
+    def _stream(
+        self, motion: Motion | str | Path, size: int, asked: Windows, parallel: bool
+    ) -> Iterator[Labelled]:
         if not isinstance(size, (int, np.integer)) or size < 1:
             raise InputError("size", repr(size), "a whole number of samples, 1 or more")
         motion = self._driving(motion)
-        windows = self._windows(bodies, forces, reactions, energies, preload, indeterminate, loads)
-        return windows.solve(motion, size, derivatives=self.derivatives, parallel=parallel)
+        return asked.solve(motion, size, derivatives=self.derivatives, parallel=parallel)
 
     def _windows(
         self,
-        bodies: bool | Sequence[str],
-        forces: bool,
-        reactions: bool | Sequence[str],
-        energies: bool,
-        preload: Mapping[str, float] | None,
-        indeterminate: str,
-        loads: Mapping[str, ArrayLike] | None,
+        bodies: bool | Sequence[str] = False,
+        forces: bool = False,
+        reactions: bool | Sequence[str] = False,
+        energies: bool = False,
+        preload: Mapping[str, float] | None = None,
+        indeterminate: str = "nan",
+        loads: Mapping[str, ArrayLike] | None = None,
     ) -> Windows:
         asked = None
         if forces or reactions or energies:
@@ -388,8 +404,8 @@ class Solver:
         types and attributes, but NaN for every value: nothing is solved. Raises InputError.
         """
         motion = self._driving(motion)
-        windows = self._windows(bodies, forces, reactions, energies, preload, indeterminate, None)
-        return windows.schema(motion, self.reported.count)
+        windows = self._windows(bodies, forces, reactions, energies, preload, indeterminate)
+        return self._labels.dataset(windows.schema(motion, self.reported.count))
 
     def _driving(self, motion: Motion | str | Path) -> Motion:
         """The motion, its rows in the order of the driven coordinates, if it can be solved."""

@@ -1,10 +1,9 @@
-"""Windows: a motion solved piece by piece, each a Dataset."""
+"""Windows: a motion solved piece by piece, each with labelled arrays."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike
 from parakin.arrays import FloatArray, StatusArray
 from parakin.errors import InputError
 from parakin.kernel.outputs import POINT
+from parakin.labelled import Labelled
 from parakin.motion.course import Course
 from parakin.motion.motion import Motion
 from parakin.solving.atlas import Atlas
@@ -20,13 +20,10 @@ from parakin.solving.crossings import Crossings
 from parakin.solving.force_variables import force_variables
 from parakin.solving.forces import Asked, Window
 from parakin.solving.from_home import home_state
-from parakin.solving.results import Labels, Verdict, dataset
+from parakin.solving.results import Labels, Verdict, labelled
 from parakin.solving.status import UNREACHED, Status, are, blank_undefined, classify
 from parakin.solving.stops import Stopped
 from parakin.solving.tracking import Track
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -43,7 +40,7 @@ class Windows:
 
     def solve(
         self, motion: Motion, size: int, *, derivatives: int, parallel: bool
-    ) -> Iterator[xr.Dataset]:
+    ) -> Iterator[Labelled]:
         """From home along home's branch, in windows of at most `size` samples. Raises InputError
         before the first where forces are not known over the whole motion.
         """
@@ -54,11 +51,11 @@ class Windows:
 
     def _solved(
         self, motion: Motion, size: int, *, derivatives: int, parallel: bool
-    ) -> Iterator[xr.Dataset]:
+    ) -> Iterator[Labelled]:
         atlas, points = self.atlas, self.points
         home = atlas.home
         track = Track(home, Course(motion), home_state(home), atlas.units, atlas.others)
-        last: xr.Dataset | None = None
+        last: Labelled | None = None
         crossings = Crossings(atlas.stops, track)
         for start in range(0, motion.count, size):
             samples = motion.window(start, min(start + size, motion.count))
@@ -82,13 +79,13 @@ class Windows:
                 behind = atlas.forces(self.asked, pieces, samples, loads, parallel)
                 forces = force_variables(behind, self.asked)
             verdict = Verdict(status, stopped, crossings.of(stopped), crossings.words)
-            last = dataset(
+            last = labelled(
                 self.labels, motion, samples.time, out, verdict, list(points), figures, forces, last
             )
             yield last
 
-    def schema(self, motion: Motion, rows: int) -> xr.Dataset:
-        """A Dataset of NaN for a motion; rows: of what is reported."""
+    def schema(self, motion: Motion, rows: int) -> Labelled:
+        """A result of NaN for a motion; rows: of what is reported."""
         n = motion.count
         out = np.broadcast_to(np.nan, (rows, n))
         status = np.broadcast_to(np.int8(Status.NOT_REACHED), n)
@@ -102,7 +99,7 @@ class Windows:
             rows_of = mechanics.rows(self.asked, mechanics.reference)
             unknown = np.broadcast_to(np.nan, (rows_of.count, n))
             forces = force_variables(mechanics.forces(self.asked, rows_of, unknown), self.asked)
-        return dataset(self.labels, motion, time, out, verdict, list(self.points), figures, forces)
+        return labelled(self.labels, motion, time, out, verdict, list(self.points), figures, forces)
 
     def _blame(
         self,

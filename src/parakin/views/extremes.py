@@ -15,7 +15,7 @@ from parakin.views.force_extremes import ForceExtremes, force_extremes
 from parakin.views.ranges import Range
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from parakin.labelled import Result
 
 
 class Flag(NamedTuple):
@@ -57,7 +57,7 @@ class Extremes:
         return abs(high), float(self.high_time[order, k])
 
 
-def extremes(ds: xr.Dataset, before: Extremes | None = None) -> Extremes:
+def extremes(ds: Result, before: Extremes | None = None) -> Extremes:
     """The extremes of a result, or of one more window. `before` is updated."""
     orders = [order for order in ORDERS if order in ds]
     low, high, low_time, high_time = np.full((4, len(orders), ds.sizes["coordinate"]), np.nan)

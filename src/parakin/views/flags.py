@@ -9,10 +9,10 @@ import numpy as np
 from parakin.solving.status import Status
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from parakin.labelled import Result
 
 
-def flagged_spans(ds: xr.Dataset) -> list[tuple[float, float]]:
+def flagged_spans(ds: Result) -> list[tuple[float, float]]:
     """From the first to the last of each run of flagged samples [s]."""
     flagged = np.concatenate([[False], ds["status"].values != Status.CONVERGED, [False]])
     edges = np.flatnonzero(flagged[1:] != flagged[:-1]).reshape(-1, 2)

@@ -14,8 +14,7 @@ from parakin.solving.status import SOLVED, are
 from parakin.views.ranges import Range
 
 if TYPE_CHECKING:
-    import xarray as xr
-
+    from parakin.labelled import Result
     from parakin.model.graph import Graph
     from parakin.model.motors import Motor
 
@@ -102,7 +101,7 @@ class ForceExtremes:
         """Whether the actuators' hold on what is driven does: a type 2 singularity is crossed."""
         return bool(self.conditioning.low[0] < 0.0 < self.conditioning.high[0])
 
-    def add(self, ds: xr.Dataset) -> None:
+    def add(self, ds: Result) -> None:
         """Take in one more window."""
         time = ds["time"].values
         efforts = np.isfinite(ds["effort"].values).all(axis=1)
@@ -135,7 +134,7 @@ class ForceExtremes:
         self._time = time[-1:]
 
     @staticmethod
-    def _add_reactions(found: Reactions, ds: xr.Dataset) -> None:
+    def _add_reactions(found: Reactions, ds: Result) -> None:
         for name, range_, known in (
             ("reaction_force", found.force, found.force_known),
             ("reaction_moment", found.moment, found.moment_known),
@@ -148,7 +147,7 @@ class ForceExtremes:
             range_.widen(ds["time"].values, size)
 
 
-def force_extremes(ds: xr.Dataset, before: ForceExtremes | None = None) -> ForceExtremes | None:
+def force_extremes(ds: Result, before: ForceExtremes | None = None) -> ForceExtremes | None:
     """Those of a result, or of one more window; None if it has no forces. `before` is updated."""
     if "effort" not in ds:
         return None

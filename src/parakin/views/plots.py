@@ -16,9 +16,10 @@ from parakin.views.thinning import thinned
 from parakin.views.units import DEGREES
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
+
+    from parakin.labelled import Result
 
 FORCES = ("effort", "power")
 SUFFIXES = (".png", ".svg", ".pdf")
@@ -34,7 +35,7 @@ def check_figure(path: Path) -> None:
 
 
 def histories(
-    ds: xr.Dataset,
+    ds: Result,
     coordinates: Sequence[str] | None = None,
     symbols: Mapping[str, str] | None = None,
     orders: Sequence[str] | None = None,
@@ -73,7 +74,7 @@ def histories(
 
 def draw_histories(
     figure: Figure | SubFigure,
-    ds: xr.Dataset,
+    ds: Result,
     coordinates: Sequence[str] | None = None,
     symbols: Mapping[str, str] | None = None,
     orders: Sequence[str] | None = None,
@@ -102,26 +103,26 @@ def check_coordinates(names: Sequence[str], known: Sequence[str]) -> None:
             raise InputError("coordinates", f"unknown coordinate {name!r}", nearest(name, known))
 
 
-def _columns(ds: xr.Dataset, names: Sequence[str]) -> list[tuple[str, list[str]]]:
+def _columns(ds: Result, names: Sequence[str]) -> list[tuple[str, list[str]]]:
     """Lengths and angles: the SI unit, and the names with this unit."""
     units = dict(zip(ds["coordinate"].values.tolist(), ds["unit"].values.tolist(), strict=True))
     groups = [(unit, [n for n in names if units[n] == unit]) for unit in ("m", "rad")]
     return [(unit, group) for unit, group in groups if group]
 
 
-def _default(ds: xr.Dataset) -> list[str]:
+def _default(ds: Result) -> list[str]:
     names = ds["coordinate"].values
     actuated = names[ds["actuated"].values].tolist()
     return list(actuated or names.tolist())
 
 
-def _quantities(ds: xr.Dataset, names: Sequence[str]) -> list[str]:
+def _quantities(ds: Result, names: Sequence[str]) -> list[str]:
     """What of a result there is to draw: forces only where actuators are among the names."""
     orders = [order for order in ORDERS if order in ds]
     return orders + (list(FORCES) if _actuators(ds, names) else [])
 
 
-def _actuators(ds: xr.Dataset, names: Sequence[str]) -> list[str]:
+def _actuators(ds: Result, names: Sequence[str]) -> list[str]:
     """Those of the names that have efforts."""
     known = ds["actuator"].values.tolist() if "effort" in ds else []
     return [name for name in names if name in known]
@@ -129,7 +130,7 @@ def _actuators(ds: xr.Dataset, names: Sequence[str]) -> list[str]:
 
 def _draw(
     axes: Axes,
-    ds: xr.Dataset,
+    ds: Result,
     names: Sequence[str],
     quantity: str,
     unit: str,
@@ -137,17 +138,15 @@ def _draw(
 ) -> None:
     time = ds["time"].values
     if quantity in FORCES:
-        shown = _actuators(ds, names)
-        of_all = ds.sel(actuator=shown)
+        shown, known = _actuators(ds, names), ds["actuator"].values.tolist()
         if not shown:
             axes.set_axis_off()
             return
         if quantity == "effort":
-            _draw_bands(axes, of_all, [names.index(name) for name in shown])
+            _draw_bands(axes, ds, {known.index(name): names.index(name) for name in shown})
     else:
-        shown = list(names)
-        of_all = ds.sel(coordinate=shown)
-    values = of_all[quantity].values
+        shown, known = list(names), ds["coordinate"].values.tolist()
+    values = ds[quantity].values[:, [known.index(name) for name in shown]]
     values = np.degrees(values) if unit == "rad" and quantity in ORDERS else values
     for name, curve in zip(shown, values.T, strict=True):
         k = names.index(name)
@@ -168,10 +167,10 @@ def _draw(
         axes.axvspan(*span, color="#D55E00", alpha=0.12, linewidth=0)
 
 
-def _draw_bands(axes: Axes, ds: xr.Dataset, colours: Sequence[int]) -> None:
-    """Where efforts may be while friction holds an actuator at rest."""
+def _draw_bands(axes: Axes, ds: Result, colours: Mapping[int, int]) -> None:
+    """Where efforts may be while friction holds actuators at rest. colours: by actuator."""
     time, effort, band = (ds[name].values for name in ("time", "effort", "effort_band"))
-    for k, colour in enumerate(colours):
+    for k, colour in colours.items():
         if np.nanmax(band[:, k], initial=0.0) > 0.0:
             low, high = effort[:, k] - band[:, k], effort[:, k] + band[:, k]
             rows = thinned(np.array([low, high]), _BUCKETS)

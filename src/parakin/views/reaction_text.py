@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from parakin.analysis.indeterminacy import Indeterminacy
+if TYPE_CHECKING:
+    from parakin.analysis.indeterminacy import Indeterminacy
 
 
 def reaction_lines(found: Indeterminacy) -> list[Text]:

@@ -4,23 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from parakin.analysis.diagnosis import Diagnosis
-from parakin.analysis.mobility import Mobility
-from parakin.analysis.singularities import Closeness
 from parakin.arrays import PER_TIME, FloatArray
-from parakin.model.graph import Graph
-from parakin.solving.modes import Search
 from parakin.solving.status import Status
 from parakin.views.extremes import Extremes
 from parakin.views.reaction_text import reaction_lines
 from parakin.views.units import unit_of
+
+if TYPE_CHECKING:
+    from parakin.analysis.diagnosis import Diagnosis
+    from parakin.analysis.mobility import Mobility
+    from parakin.analysis.singularities import Closeness
+    from parakin.labelled import Result
+    from parakin.model.graph import Graph
+    from parakin.solving.modes import Search
 
 _CLOSES = 1e-9  # of the characteristic length: what stated values may be off
 
@@ -237,7 +240,7 @@ def singularity_lines(found: Closeness) -> list[Text]:
     return lines
 
 
-def solve_report(ds: xr.Dataset, found: Extremes, seconds: float | None) -> RenderableType:
+def solve_report(ds: Result, found: Extremes, seconds: float | None) -> RenderableType:
     """What `parakin solve` prints: strokes, peaks, the worst residual, flags, time and rate.
 
     ds: any window of the result, for names, units and home. seconds: time spent solving,

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from parakin.arrays import FloatArray, IntArray
-
-if TYPE_CHECKING:
-    import xarray as xr
+from parakin.labelled import Labelled
 
 
 def thinned(values: FloatArray, buckets: int) -> IntArray:
@@ -35,15 +30,6 @@ def thinned(values: FloatArray, buckets: int) -> IntArray:
     return np.unique(np.concatenate(kept))
 
 
-def every(stride: int, window: xr.Dataset, start: int) -> xr.Dataset:
+def every(stride: int, window: Labelled, start: int) -> Labelled:
     """Every stride-th sample of a motion, out of a window that begins with sample `start`."""
     return window.isel(time=slice(-start % stride, None, stride)).copy()
-
-
-def joined(windows: Sequence[xr.Dataset]) -> xr.Dataset:
-    """The windows of a result as one."""
-    import xarray as xr
-
-    if len(windows) == 1:
-        return windows[0]
-    return xr.concat(windows, dim="time", data_vars="minimal")

@@ -10,6 +10,7 @@ import numpy as np
 
 from parakin.arrays import ORDERS, BoolArray, FloatArray, IntArray
 from parakin.errors import InputError
+from parakin.labelled import joined
 from parakin.mechanics.reactions import JointAt
 from parakin.model.limits import Limit
 from parakin.solving.results import stop_words
@@ -17,7 +18,7 @@ from parakin.solving.solver import Solver
 from parakin.solving.status import SOLVED, Status
 from parakin.solving.stops import Stops
 from parakin.views.browser.drive import Drive, Stop
-from parakin.views.thinning import every, joined
+from parakin.views.thinning import every
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -104,11 +105,11 @@ def playback_of(
     stride = max(1, -(-motion.count // _SAMPLES))
     forces = not solver.no_forces
     reactions &= forces
-    streamed = solver.stream(
+    streamed = solver.windows(
         motion, _WINDOW, bodies=True, forces=forces, reactions=reactions, loads=loads
     )
     windows = enumerate(streamed)
-    ds = joined([every(stride, window, k * _WINDOW) for k, window in windows])
+    ds = joined([every(stride, window, k * _WINDOW) for k, window in windows]).dataset()
     solved = np.isin(ds["status"].values, SOLVED)
     count = len(solved) if solved.all() else int(np.argmin(solved))
     if count == 0:
