@@ -45,7 +45,7 @@ from parakin.solving.simulated import Part, simulated
 from parakin.solving.simulation import Left
 from parakin.solving.tables import solver_html
 from parakin.solving.tick import Tick
-from parakin.solving.windows import Windows
+from parakin.solving.windows import Windows, windows_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -93,6 +93,7 @@ class Solver:
         self._labels = Labels(
             graph, self.reported, self.coordinates, self.driven, self.home, self.stops
         )
+        self._windows = partial(windows_of, self.atlas, self._labels)
         self._locks = locks_of(plan)
         self.iterated = tuple(self._name(c) for c in plan.iterated)
         hidden = tuple(n for n in self.iterated if n not in self.coordinates)
@@ -181,9 +182,7 @@ class Solver:
         return tick._replace(forces=found)
 
     def bound(self) -> Bound:
-        """The solver with arrays of its own for one pose after another, several times as fast as
-        `at` returns one; as many as there are loops that need one.
-        """
+        """The solver with arrays of its own, for one control loop, several times as fast as `at`."""
         return Bound(self._poses)
 
     def _repr_html_(self) -> str:
@@ -331,23 +330,6 @@ class Solver:
         motion = self._driving(motion)
         return asked.solve(motion, size, derivatives=self.derivatives, parallel=parallel)
 
-    def _windows(
-        self,
-        bodies: bool | Sequence[str] = False,
-        forces: bool = False,
-        reactions: bool | Sequence[str] = False,
-        energies: bool = False,
-        preload: Mapping[str, float] | None = None,
-        indeterminate: str = "nan",
-        loads: Mapping[str, ArrayLike] | None = None,
-    ) -> Windows:
-        asked = None
-        if forces or reactions or energies:
-            asked = self.mechanics.asked(
-                reactions=reactions, energies=energies, preload=preload, indeterminate=indeterminate
-            )
-        return Windows(self.atlas, self._labels, points_of(self.graph, bodies), asked, loads)
-
     def simulate(
         self,
         duration: float,
@@ -387,7 +369,7 @@ class Solver:
         if left is not None:
             names = tuple(self._name(k) for k in left.driven)
             return self._elsewhere(names, left.q)._part(bodies)
-        return Part(self.chart, Windows(self.atlas, self._labels, points_of(self.graph, bodies)))
+        return Part(self.chart, self._windows(bodies))
 
     def schema(
         self,

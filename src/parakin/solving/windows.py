@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,7 @@ from parakin.labelled import Labelled
 from parakin.motion.course import Course
 from parakin.motion.motion import Motion
 from parakin.solving.atlas import Atlas
-from parakin.solving.bodies import Points
+from parakin.solving.bodies import Points, points_of
 from parakin.solving.crossings import Crossings
 from parakin.solving.force_variables import force_variables
 from parakin.solving.forces import Asked, Window
@@ -121,3 +121,23 @@ class Windows:
         stopped.number[ended[0]] = number
         if number and np.isfinite(track.ending.time):
             crossings.first_at[1, number] = track.ending.time
+
+
+def windows_of(
+    atlas: Atlas,
+    labels: Labels,
+    bodies: bool | Sequence[str] = False,
+    forces: bool = False,
+    reactions: bool | Sequence[str] = False,
+    energies: bool = False,
+    preload: Mapping[str, float] | None = None,
+    indeterminate: str = "nan",
+    loads: Mapping[str, ArrayLike] | None = None,
+) -> Windows:
+    """What is asked for as of `Solver.solve`. Raises InputError."""
+    asked = None
+    if forces or reactions or energies:
+        asked = atlas.home.mechanics.asked(
+            reactions=reactions, energies=energies, preload=preload, indeterminate=indeterminate
+        )
+    return Windows(atlas, labels, points_of(atlas.home.plan.graph.plain, bodies), asked, loads)
