@@ -146,6 +146,16 @@ ZERO: Vector[float] = Vector((0.0, 0.0, 0.0))
 
 def dot(a: Vector[S], b: Vector[S]) -> S:
     """The scalar product."""
+    (x, y, z), (u, v, w) = a, b
+    if (
+        type(x) is float
+        and type(y) is float
+        and type(z) is float
+        and type(u) is float
+        and type(v) is float
+        and type(w) is float
+    ):
+        return x * u + y * v + z * w + 0.0  # plain numbers, the same sum (and no negative zero)
     return add(add(mul(a[0], b[0]), mul(a[1], b[1])), mul(a[2], b[2]))
 
 

@@ -27,6 +27,8 @@ from parakin.planning.plan import Plan
 # inputs (n_in,) or (n_in, batch), outputs alike, and whether to use all cores on a batch
 Kernel = Callable[[FloatArray, FloatArray, bool], None]
 
+_MANY = 300  # results: from here on compact code is made sooner, and no slower
+
 
 class Flow(NamedTuple):
     """A state's way: at any times (n,), (n, s), with `times` of its steps; the last state; whether
@@ -211,7 +213,9 @@ def _machine_code(traced: Traced, count: int) -> Kernel:
     inputs = hy.make_vars(*(f"i{k}" for k in range(count)))
     inputs = inputs if isinstance(inputs, list) else [inputs]
     results = traced(list(inputs), _symbolic())
-    code = hy.cfunc([_constant(result) for result in results], vars=inputs)
+    # Of very long kernels LLVM's time grows faster than their length, unless alike parts share code.
+    how = {"compact_mode": True, "opt_level": 1} if len(results) > _MANY else {}
+    code = hy.cfunc([_constant(result) for result in results], vars=inputs, **how)
 
     def kernel(inputs: FloatArray, out: FloatArray, parallel: bool) -> None:
         if inputs.ndim == 1:
