@@ -110,9 +110,7 @@ def squared_volume(columns: Sequence[Sequence[Scalar]], functions: Functions) ->
     return _by_reflections(products, [], functions)[1]
 
 
-def _common(
-    a: Mapping[int, Scalar], b: Mapping[int, Scalar]
-) -> tuple[list[Scalar], list[Scalar]]:
+def _common(a: Mapping[int, Scalar], b: Mapping[int, Scalar]) -> tuple[list[Scalar], list[Scalar]]:
     both = [i for i in a if i in b]
     return [a[i] for i in both], [b[i] for i in both]
 

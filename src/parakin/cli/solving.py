@@ -15,7 +15,7 @@ from rich.console import RenderableType
 
 from parakin.cli.inputs import check_outputs, load_mechanism, parameters, preloads, values_of
 from parakin.cli.run import Run
-from parakin.cli.streams import WIDE, console, flushed_stdout, say, tell
+from parakin.cli.streams import WIDE, console, flushed_stdout, say, tell, waiting
 from parakin.errors import InputError, printable
 from parakin.files import datasets
 from parakin.model.expressions import Parameters
@@ -35,11 +35,13 @@ _RATE, _RTOL = 1000.0, 1e-9  # of simulations [Hz]
 def solve(options: argparse.Namespace) -> int:
     """Solve, write and summarise; `plot` and `film` are this with other defaults."""
     written = _checked_outputs(options)
-    solver = compile_mechanism(
-        load_mechanism(options),
-        coordinates="all" if options.all or options.coordinates is not None else None,
-        derivatives=3 if options.jerk else 2,
-    )
+    mechanism = load_mechanism(options)
+    with waiting("compiling"):
+        solver = compile_mechanism(
+            mechanism,
+            coordinates="all" if options.all or options.coordinates is not None else None,
+            derivatives=3 if options.jerk else 2,
+        )
     motion = solver.motion(
         options.motion, rate=options.rate, smoothing=options.smooth, max_gap=options.max_gap
     )
@@ -75,7 +77,8 @@ def simulate(options: argparse.Namespace) -> int:
     """Simulate, write and summarise."""
     written = _checked_outputs(options)
     mechanism, chosen = load_mechanism(options), "all" if options.all else None
-    solver = compile_mechanism(mechanism, coordinates=chosen)
+    with waiting("compiling"):
+        solver = compile_mechanism(mechanism, coordinates=chosen)
     if solver.plan.idle:  # which move as they like
         idle = [solver.graph.coordinates[k].name for k in solver.plan.idle]
         solver = compile_mechanism(mechanism, [*solver.driven, *idle], coordinates=chosen)
@@ -201,7 +204,9 @@ def report(options: argparse.Namespace) -> int:
 
     reports.check_report(options.output)
     check_outputs(options, [options.output])
-    solver = compile_mechanism(load_mechanism(options), coordinates="all")
+    mechanism = load_mechanism(options)
+    with waiting("compiling"):
+        solver = compile_mechanism(mechanism, coordinates="all")
     motion = solver.motion(options.motion)
     screen = console(stderr=True, width=WIDE)
     run = Run(motion, pictured=True)

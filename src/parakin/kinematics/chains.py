@@ -13,7 +13,7 @@ import numpy as np
 
 from parakin.arrays import FloatArray, IndexArray
 
-_MANY = 64  # coordinates: fewer are as quickly dealt with together
+_MANY = 40  # coordinates: fewer are as quickly dealt with together
 _GROUP = 6  # rows at a time: as many as a joint has at most
 _NONE, _SOME = 1e-12, 1e-6  # of the largest entry: singular values that are zero, that are not
 _LARGE = 1e4  # times the gaps: a step for which some direction must be all but undetermined

@@ -39,7 +39,7 @@ def sides(circuits: Circuits, cut: int) -> Mapping[int, float]:
             if a != b:
                 break
             common += 1
-        signs = {k: 1.0 for k in ahead[common:]} | {k: -1.0 for k in behind[common:]}
+        signs = dict.fromkeys(ahead[common:], 1.0) | dict.fromkeys(behind[common:], -1.0)
         circuits.sides[cut] = signs
     return circuits.sides[cut]
 

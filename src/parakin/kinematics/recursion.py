@@ -275,7 +275,7 @@ class Circuits:
         )
 
     def place(self) -> None:
-        """Work out the poses of all bodies that the coordinates at hand place, for copies to share."""
+        """Work out all poses that the coordinates at hand determine, for copies to share."""
         for body, (near, k, _) in self._steps.items():  # from the base outwards
             known = near in self._poses and body not in self._poses
             if known and all(n in self.turns for n in self.graph.joints[k].coordinates):
