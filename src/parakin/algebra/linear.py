@@ -164,8 +164,8 @@ def _triangular(
                 product = add(product, mul(v[i], rows[i][j]))
             factor = mul(half, product)
             if not _literal_zero(factor):
-                for i in v:
-                    rows[i][j] = sub(rows[i][j], mul(factor, v[i]))
+                for i, value in v.items():
+                    rows[i][j] = sub(rows[i][j], mul(factor, value))
         inverses.append(-functions.inverse(length))
         determinant = mul(determinant, length)
     return rows, inverses, determinant

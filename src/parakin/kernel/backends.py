@@ -213,7 +213,7 @@ def _machine_code(traced: Traced, count: int) -> Kernel:
     inputs = hy.make_vars(*(f"i{k}" for k in range(count)))
     inputs = inputs if isinstance(inputs, list) else [inputs]
     results = traced(list(inputs), _symbolic())
-    # Of very long kernels LLVM's time grows faster than their length, unless alike parts share code.
+    # LLVM's time grows faster than the length of a kernel, unless parts that are alike share code.
     how = {"compact_mode": True, "opt_level": 1} if len(results) > _MANY else {}
     code = hy.cfunc([_constant(result) for result in results], vars=inputs, **how)
 

@@ -129,7 +129,7 @@ class _Slopes(NamedTuple):
 
 
 def _following(plan: Plan, slopes: _Slopes, k: int, functions: Functions) -> dict[int, Scalar]:
-    """Rates where a coordinate moves at one and the unknowns follow; those that rest are left out."""
+    """Rates where a coordinate moves at one and the unknowns follow; what rests is left out."""
     rates: dict[int, Scalar] = {k: 1.0}
     for block in plan.blocks:
         drifts = [slopes.drift(row, rates) for row in block.rows]
