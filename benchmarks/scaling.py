@@ -12,6 +12,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -76,7 +77,7 @@ def main() -> None:
     for stages in STAGES:
         mechanism = scissor_lift(stages, by_slide=by_slide)
         before = [each.spent for each in timed.values()]
-        totals.append(seconds(lambda mechanism=mechanism: parakin.compile(mechanism)))
+        totals.append(seconds(partial(parakin.compile, mechanism)))
         spent = [each.spent - old for each, old in zip(timed.values(), before, strict=True)]
         table.add_row(str(stages), *(f"{x:.2f}" for x in (totals[-1], *spent)))
     exponent = np.polyfit(np.log(STAGES), np.log(totals), 1)[0]

@@ -155,7 +155,8 @@ def dot(a: Vector[S], b: Vector[S]) -> S:
         and type(v) is float
         and type(w) is float
     ):
-        return x * u + y * v + z * w + 0.0  # plain numbers, the same sum (and no negative zero)
+        # Plain numbers: the same sum, and no negative zero.
+        return x * u + y * v + z * w + 0.0  # type: ignore[return-value]
     return add(add(mul(a[0], b[0]), mul(a[1], b[1])), mul(a[2], b[2]))
 
 
