@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import io
 import os
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from linkage import ARM, contents, in_a_process, process
+from rich.console import Console
+
+from parakin.cli import streams
 
 
 @pytest.fixture(autouse=True)
@@ -147,3 +152,23 @@ def test_no_file_takes_the_number_of_a_closed_stream() -> None:
     )
     line = f'{sys.executable} -c "{told}" 0<&- >&- 2>&-'
     assert subprocess.run(["bash", "-c", line], timeout=600, check=False).returncode == 0
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_a_long_wait_is_told_of_on_a_terminal_alone(
+    terminal: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class AtOnce(threading.Timer):
+        def start(self) -> None:
+            self.function()
+
+        def join(self, timeout: float | None = None) -> None:
+            pass
+
+    written = io.StringIO()
+    shown = Console(file=written, force_terminal=terminal, color_system=None)
+    monkeypatch.setattr(streams, "console", lambda **_: shown)
+    monkeypatch.setattr(threading, "Timer", AtOnce)
+    with streams.waiting("compiling"):
+        pass
+    assert ("compiling" in written.getvalue()) == terminal

@@ -8,7 +8,7 @@ lies between -1 and 1 and vanishes where the system is singular: it is the condi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from parakin.algebra.spatial import Functions, Scalar, Vector, add, cross, dot, mul, sub
@@ -100,12 +100,19 @@ def _by_minors(
 
 def squared_volume(columns: Sequence[Sequence[Scalar]], functions: Functions) -> Scalar:
     """The square of the volume that columns span, zero where they depend on one another."""
-    products = [[inner(a, b) for b in columns] for a in columns]
+    # Of long chains most components are literal zeros.
+    full = [{i: x for i, x in enumerate(column) if not _literal_zero(x)} for column in columns]
+    products = [[inner(*_common(a, b)) for b in full] for a in full]
     if len(columns) == 1:
         return products[0][0]
     if len(columns) <= 3:
         return _by_minors(products, [], functions)[1]
     return _by_reflections(products, [], functions)[1]
+
+
+def _common(a: Mapping[int, Scalar], b: Mapping[int, Scalar]) -> tuple[list[Scalar], list[Scalar]]:
+    both = [i for i in a if i in b]
+    return [a[i] for i in both], [b[i] for i in both]
 
 
 def _by_reflections(
@@ -126,6 +133,10 @@ def _by_reflections(
     return solutions, determinant
 
 
+def _literal_zero(a: Scalar) -> bool:
+    return type(a) is float and a == 0.0
+
+
 def _triangular(
     rows: list[list[Scalar]], columns: int, functions: Functions
 ) -> tuple[list[list[Scalar]], list[Scalar], Scalar]:
@@ -136,7 +147,7 @@ def _triangular(
     determinant: Scalar = 1.0
     inverses: list[Scalar] = []
     for k in range(columns):
-        if all(type(rows[i][k]) is float and rows[i][k] == 0.0 for i in range(k + 1, n)):
+        if all(_literal_zero(rows[i][k]) for i in range(k + 1, n)):
             inverses.append(functions.inverse(rows[k][k]))  # nothing below to remove
             determinant = mul(determinant, rows[k][k])
             continue
@@ -144,16 +155,17 @@ def _triangular(
         for i in range(k, n):
             square = add(square, mul(rows[i][k], rows[i][k]))
         length = functions.copysign(functions.sqrt(square), rows[k][k])
-        v = [rows[i][k] for i in range(k, n)]
-        v[0] = add(v[0], length)
-        half = functions.inverse(mul(length, v[0]))  # v v is twice that product
+        v = {i: rows[i][k] for i in range(k, n) if not _literal_zero(rows[i][k])}
+        v[k] = add(rows[k][k], length)
+        half = functions.inverse(mul(length, v[k]))  # v v is twice that product
         for j in range(k + 1, len(rows[0])):
             product: Scalar = 0.0
-            for i in range(k, n):
-                product = add(product, mul(v[i - k], rows[i][j]))
+            for i in sorted(v):
+                product = add(product, mul(v[i], rows[i][j]))
             factor = mul(half, product)
-            for i in range(k, n):
-                rows[i][j] = sub(rows[i][j], mul(factor, v[i - k]))
+            if not _literal_zero(factor):
+                for i, value in v.items():
+                    rows[i][j] = sub(rows[i][j], mul(factor, value))
         inverses.append(-functions.inverse(length))
         determinant = mul(determinant, length)
     return rows, inverses, determinant

@@ -82,35 +82,43 @@ def as_float(a: Scalar) -> float:
     return float(cast(SupportsFloat, a))
 
 
-def _is(a: Scalar, literal: float) -> bool:
-    return type(a) is float and a == literal  # a NumPy scalar is a value, whatever it holds
+# (What follows is called millions of times, so nothing else is called in it. A NumPy scalar is a
+# value, whatever it holds: only a plain float is a literal.)
 
 
 def add(a: S, b: S) -> S:
     """The sum."""
-    if _is(a, 0.0):
+    if type(a) is float and a == 0.0:
         return b
-    return a if _is(b, 0.0) else a + b  # type: ignore[return-value]
+    return a if type(b) is float and b == 0.0 else a + b  # type: ignore[return-value]
 
 
 def sub(a: S, b: S) -> S:
     """The difference."""
-    if _is(b, 0.0):
+    if type(b) is float and b == 0.0:
         return a
-    return -b if _is(a, 0.0) else a - b  # type: ignore[return-value]
+    return -b if type(a) is float and a == 0.0 else a - b  # type: ignore[return-value]
 
 
 def mul(a: S, b: S) -> S:
     """The product."""
-    if _is(a, 0.0) or _is(b, 0.0):
-        return 0.0  # type: ignore[return-value]
-    if _is(a, 1.0):
-        return b
-    if _is(b, 1.0):
-        return a
-    if _is(a, -1.0):
-        return -b  # type: ignore[return-value]
-    return -a if _is(b, -1.0) else a * b  # type: ignore[return-value]
+    if type(a) is float:
+        if a == 0.0:
+            return 0.0  # type: ignore[return-value]
+        if a == 1.0:
+            return b
+        if type(b) is float and b == 0.0:
+            return 0.0  # type: ignore[return-value]
+        if a == -1.0:
+            return -b  # type: ignore[return-value]
+    if type(b) is float:
+        if b == 0.0:
+            return 0.0  # type: ignore[return-value]
+        if b == 1.0:
+            return a
+        if b == -1.0:
+            return -a  # type: ignore[return-value]
+    return a * b  # type: ignore[return-value]
 
 
 class Vector(tuple[S_co, S_co, S_co]):
@@ -138,6 +146,17 @@ ZERO: Vector[float] = Vector((0.0, 0.0, 0.0))
 
 def dot(a: Vector[S], b: Vector[S]) -> S:
     """The scalar product."""
+    (x, y, z), (u, v, w) = a, b
+    if (
+        type(x) is float
+        and type(y) is float
+        and type(z) is float
+        and type(u) is float
+        and type(v) is float
+        and type(w) is float
+    ):
+        # Plain numbers: the same sum, and no negative zero.
+        return x * u + y * v + z * w + 0.0  # type: ignore[return-value]
     return add(add(mul(a[0], b[0]), mul(a[1], b[1])), mul(a[2], b[2]))
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from parakin.cli.streams import tell
+from parakin.cli.streams import tell, waiting
 from parakin.errors import InputError, nearest
 
 if TYPE_CHECKING:
@@ -62,7 +62,8 @@ def solver_for(options: argparse.Namespace, paths: Iterable[Path | None]) -> Sol
     check_outputs(options, [path for path in paths if path is not None])
     mechanism = load_mechanism(options)
     driven = names_in(options.driven, "--driven") or driven_for(mechanism)
-    return compile_mechanism(mechanism, driven)
+    with waiting("compiling"):
+        return compile_mechanism(mechanism, driven)
 
 
 def preloads(graph: Graph, settings: Sequence[str]) -> dict[str, float] | None:

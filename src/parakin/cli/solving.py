@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from parakin.cli.inputs import check_outputs, load_mechanism, parameters, preloads, values_of
 from parakin.cli.run import Run
-from parakin.cli.streams import WIDE, console, flushed_stdout, say, tell
+from parakin.cli.streams import WIDE, console, flushed_stdout, say, tell, waiting
 from parakin.errors import InputError, printable
 from parakin.files import datasets
 from parakin.labelled import Labelled
@@ -38,11 +38,13 @@ _RATE, _RTOL = 1000.0, 1e-9  # of simulations [Hz]
 def solve(options: argparse.Namespace) -> int:
     """Solve, write and summarise; `plot` and `film` are this with other defaults."""
     written = _checked_outputs(options)
-    solver = compile_mechanism(
-        load_mechanism(options),
-        coordinates="all" if options.all or options.coordinates is not None else None,
-        derivatives=3 if options.jerk else 2,
-    )
+    mechanism = load_mechanism(options)
+    with waiting("compiling"):
+        solver = compile_mechanism(
+            mechanism,
+            coordinates="all" if options.all or options.coordinates is not None else None,
+            derivatives=3 if options.jerk else 2,
+        )
     motion = solver.motion(
         options.motion, rate=options.rate, smoothing=options.smooth, max_gap=options.max_gap
     )
@@ -78,7 +80,8 @@ def simulate(options: argparse.Namespace) -> int:
     """Simulate, write and summarise."""
     written = _checked_outputs(options)
     mechanism, chosen = load_mechanism(options), "all" if options.all else None
-    solver = compile_mechanism(mechanism, coordinates=chosen)
+    with waiting("compiling"):
+        solver = compile_mechanism(mechanism, coordinates=chosen)
     if solver.plan.idle:  # which move as they like
         idle = [solver.graph.coordinates[k].name for k in solver.plan.idle]
         solver = compile_mechanism(mechanism, [*solver.driven, *idle], coordinates=chosen)
@@ -206,7 +209,9 @@ def report(options: argparse.Namespace) -> int:
 
     reports.check_report(options.output)
     check_outputs(options, [options.output])
-    solver = compile_mechanism(load_mechanism(options), coordinates="all")
+    mechanism = load_mechanism(options)
+    with waiting("compiling"):
+        solver = compile_mechanism(mechanism, coordinates="all")
     motion = solver.motion(options.motion)
     screen = console(stderr=True, width=WIDE)
     run = Run(motion, pictured=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ from parakin.errors import InputError, reason
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
 
+_LONG = 2.0  # [s]: a wait to be told of
 WIDE = 1000  # columns; rows of numbers are never folded
 
 
@@ -61,6 +63,25 @@ def console(*, stderr: bool = False, width: int | None = None) -> Console:
         soft_wrap=True,
         highlight=False,
     )
+
+
+@contextmanager
+def waiting(what: str) -> Iterator[None]:
+    """Tell on stderr what is waited for, if that takes long; only on a terminal."""
+    shown = console(stderr=True)
+    if not shown.is_terminal:
+        yield
+        return
+    status = shown.status(what)
+    timer = threading.Timer(_LONG, status.start)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        timer.join()  # or it might still start after the next line
+        status.stop()
 
 
 def say(what: RenderableType) -> None:

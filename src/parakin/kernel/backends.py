@@ -30,6 +30,8 @@ from parakin.planning.plan import Plan
 # inputs (n_in,) or (n_in, batch), outputs alike, and whether to use all cores on a batch
 Kernel = Callable[[FloatArray, FloatArray, bool], None]
 
+_MANY = 300  # results: from here on compact code is made sooner, and no slower
+
 
 class Flow(NamedTuple):
     """A state's way: at any times (n,), (n, s), with `times` of its steps; the last state; whether
@@ -218,7 +220,9 @@ def _machine_code(traced: Traced, count: int) -> Kernel:
     inputs = hy.make_vars(*(f"i{k}" for k in range(count)))
     inputs = inputs if isinstance(inputs, list) else [inputs]
     results = traced(list(inputs), _symbolic())
-    return _kernel_of(hy.cfunc([_constant(result) for result in results], vars=inputs))
+    # LLVM's time grows faster than the length of a kernel, unless parts that are alike share code.
+    how = {"compact_mode": True, "opt_level": 1} if len(results) > _MANY else {}
+    return _kernel_of(hy.cfunc([_constant(result) for result in results], vars=inputs, **how))
 
 
 def _kernel_of(code: Any) -> Kernel:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 from parakin.algebra.linear import solve, squared_volume
 from parakin.algebra.spatial import Functions, Scalar, add, mul, sub
 from parakin.kinematics import loops
-from parakin.kinematics.closure import all_rows
+from parakin.kinematics.closure import Row, all_rows
 from parakin.kinematics.recursion import Circuits
 from parakin.planning.forms import Iterated
 from parakin.planning.plan import Block, Plan
@@ -95,19 +95,50 @@ def unsolved_volume(plan: Plan, circuits: Circuits, functions: Functions) -> Sca
     Each of them alone is given a unit rate, the unknowns follow, and what the closure rows then
     drift spans a volume: zero where an unsolved coordinate could move as well. Its square is given.
     """
-    systems = [System.of(circuits, block) for block in plan.blocks]
+    slopes = _Slopes(circuits, {})
     rows = all_rows(plan.graph, plan.tree)
-    rest: dict[int, Scalar] = dict.fromkeys([*plan.affine, *plan.unknowns], 0.0)
     columns: list[list[Scalar]] = []
     for k in plan.unsolved:
-        moving = circuits.with_coordinates(rates={**rest, k: 1.0})
-        drifts = [system.rates(moving) for system in systems]
-        moving.set_rates(rates=solve_blocks(plan, systems, drifts, functions)[0])
-        ends = {cut: loops.ends(moving, cut) for cut in plan.tree.cuts}
-        columns.append(
-            [mul(row.per_length(plan.graph), row.rate(moving, ends[row.cut])) for row in rows]
-        )
+        rates = _following(plan, slopes, k, functions)
+        columns.append([mul(row.per_length(plan.graph), slopes.drift(row, rates)) for row in rows])
     return squared_volume(columns, functions)
+
+
+class _Slopes(NamedTuple):
+    """Derivatives of rows by coordinates, each worked out once: most loops know few coordinates, so
+    that most drifts of a long chain are literal zeros.
+    """
+
+    circuits: Circuits
+    known: dict[tuple[Row, int], Scalar]
+
+    def slope(self, row: Row, k: int) -> Scalar:
+        """Of a row by a coordinate of its loop."""
+        if (row, k) not in self.known:
+            end, side = loops.ends(self.circuits, row.cut), loops.sides(self.circuits, row.cut)[k]
+            self.known[row, k] = row.derivative(self.circuits, end, k, side)
+        return self.known[row, k]
+
+    def drift(self, row: Row, rates: Mapping[int, Scalar]) -> Scalar:
+        """How a row changes at these rates, all other coordinates resting."""
+        total: Scalar = 0.0
+        for k in loops.sides(self.circuits, row.cut):
+            if k in rates:
+                total = add(total, mul(self.slope(row, k), rates[k]))
+        return total
+
+
+def _following(plan: Plan, slopes: _Slopes, k: int, functions: Functions) -> dict[int, Scalar]:
+    """Rates where a coordinate moves at one and the unknowns follow; what rests is left out."""
+    rates: dict[int, Scalar] = {k: 1.0}
+    for block in plan.blocks:
+        drifts = [slopes.drift(row, rates) for row in block.rows]
+        if all(type(drift) is float and drift == 0.0 for drift in drifts):
+            continue
+        matrix = jacobian(slopes.circuits, block)
+        found = solve(matrix, [drifts], functions, block.form.lengths).solutions[0]
+        rates |= {n: sub(0.0, rate) for n, rate in zip(block.unknowns, found, strict=True)}
+    return rates
 
 
 def signed_square(a: Scalar, functions: Functions) -> Scalar:

@@ -222,8 +222,10 @@ def _closed_form(circuits: Circuits, block: Block, angles: Angles, quality: Qual
     """One unknown by the form of its block."""
     (k,) = block.unknowns
     # Coordinates still to come cannot matter (the plan has made sure); zeros make short code.
-    later = {n: forms.AHEAD for path in circuits.path.values() for n in path}
-    base = circuits.with_coordinates({n: t for n, t in later.items() if n not in circuits.turns})
+    circuits.place()
+    base = circuits.with_coordinates(
+        {n: forms.AHEAD for n in circuits.coordinates if n not in circuits.turns}
+    )
     assert not isinstance(block.form, Iterated)
     found = block.form.solve(base, k, block.rows, angles.functions)
     angles.set(circuits, k, found.turn)
@@ -245,10 +247,10 @@ def _newton(
     """
     later = {
         n: forms.AHEAD
-        for path in circuits.path.values()
-        for n in path
+        for n in circuits.coordinates
         if n not in circuits.turns and n not in block.unknowns
     }
+    circuits.place()
     base = circuits.with_coordinates(later)
 
     def system(values: Sequence[Scalar]) -> tuple[list[Scalar], list[list[Scalar]]]:

@@ -12,6 +12,7 @@ from parakin.algebra.angles import nearest_angle
 from parakin.algebra.spatial import as_float
 from parakin.arrays import FloatArray
 from parakin.errors import AssemblyError, InputError
+from parakin.kinematics import chains
 from parakin.kinematics.closure import Perpendicular, canonical_rows, cosines
 from parakin.kinematics.configuration import (
     Configuration,
@@ -61,7 +62,8 @@ def _closed(
     for _ in range(steps):
         J = jacobian[:, free] * scales[free]
         if damping == 0.0:
-            step = -np.linalg.lstsq(J, gaps, rcond=_RANK)[0]
+            least = chains.least_step(J, gaps)
+            step = -(np.linalg.lstsq(J, gaps, rcond=_RANK)[0] if least is None else least)
         else:
             step = -np.linalg.solve(J.T @ J + damping * np.eye(len(free)), J.T @ gaps)
         size = float(np.abs(step).max(initial=0.0))

@@ -6,6 +6,7 @@ import numpy as np
 
 from parakin.algebra.spatial import Vector, as_array
 from parakin.arrays import FloatArray
+from parakin.kinematics import chains
 from parakin.kinematics.configuration import (
     Configuration,
     closure_system,
@@ -35,18 +36,27 @@ def free_motions(
     _, jacobian, _ = closure_system(graph, tree, at, signs)
     inside = graph.tree_coordinates(tree)
     J = jacobian[:, inside] * scales[inside]
-    _, sizes, right = np.linalg.svd(J, full_matrices=True) if J.size else (None, np.zeros(0), None)
-    if rank is None:
-        rank = int((sizes > _RANK * sizes.max(initial=1.0)).sum())
-    kernel = right[rank:].T if right is not None else np.eye(len(inside))
-    motions = np.zeros((len(graph.coordinates), kernel.shape[1]))
-    motions[inside] = kernel * scales[inside][:, None]
+    found = chains.kernel(J) if rank is None else None
+    free = _kernel(J, rank) if found is None else found
+    motions = np.zeros((len(graph.coordinates), free.shape[1]))
+    motions[inside] = free * scales[inside][:, None]
     for cut in tree.cuts:
         relative = (at.screws * signs[cut]) @ motions
         own = list(graph.joints[cut].coordinates)
         if own:
             motions[own] = np.linalg.lstsq(at.screws[:, own], relative, rcond=None)[0]
     return motions
+
+
+def _kernel(J: FloatArray, rank: int | None) -> FloatArray:
+    """What all rows together map to zero, if there are so many independent ones."""
+    if not J.size:
+        return np.eye(J.shape[1])
+    _, sizes, right = np.linalg.svd(J, full_matrices=True)
+    if rank is None:
+        rank = int((sizes > _RANK * sizes.max(initial=1.0)).sum())
+    kernel: FloatArray = right[rank:].T
+    return kernel
 
 
 def is_idle(at: Configuration, motions: FloatArray) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from parakin.algebra.spatial import Pose, Vector
@@ -28,12 +29,19 @@ def ends(circuits: Circuits, cut: int) -> Ends:
     return Ends(joint.parent, joint.child, X_WF, X_WM, X_WM.p - X_WF.p)
 
 
-def sides(circuits: Circuits, cut: int) -> dict[int, float]:
+def sides(circuits: Circuits, cut: int) -> Mapping[int, float]:
     """Coordinates on the cut joint's loop: +1 on the child's side, -1 on the parent's."""
-    joint = circuits.graph.joints[cut]
-    ahead, behind = circuits.path[joint.child], circuits.path[joint.parent]
-    signs = {k: 1.0 for k in ahead if k not in behind}
-    return signs | {k: -1.0 for k in behind if k not in ahead}
+    if cut not in circuits.sides:
+        joint = circuits.graph.joints[cut]
+        ahead, behind = circuits.path[joint.child], circuits.path[joint.parent]
+        common = 0  # what both ends have in common is where their paths begin
+        for a, b in zip(ahead, behind, strict=False):
+            if a != b:
+                break
+            common += 1
+        signs = dict.fromkeys(ahead[common:], 1.0) | dict.fromkeys(behind[common:], -1.0)
+        circuits.sides[cut] = signs
+    return circuits.sides[cut]
 
 
 def gap_velocity(circuits: Circuits, end: Ends) -> Vector:

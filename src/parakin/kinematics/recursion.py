@@ -9,7 +9,7 @@ coordinates negated.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 from parakin.algebra.dual import dual
@@ -203,6 +203,8 @@ class Circuits:
         self.rates: dict[int, Scalar] = {}
         self.second: dict[int, Scalar] = {}
         self.path: dict[int, tuple[int, ...]] = {0: ()}  # coordinates from base to body
+        self.coordinates = graph.tree_coordinates(tree)
+        self.sides: dict[int, dict[int, float]] = {}  # by cut joint, kept by `loops.sides`
         self._steps: dict[int, tuple[int, int, bool]] = {}
         for k, reverse in tree.steps:
             joint = graph.joints[k]
@@ -224,17 +226,31 @@ class Circuits:
         """A copy with these coordinates changed; what does not depend on them is shared."""
         other = object.__new__(Circuits)
         other.graph, other.path, other._steps = self.graph, self.path, self._steps
+        other.coordinates, other.sides = self.coordinates, self.sides
         other.turns = {**self.turns, **(turns or {})}
         other.rates = {**self.rates, **(rates or {})}
         other.second = {**self.second, **(second or {})}
-        moved = set(turns or ())
+        moved = {k for k in turns or () if k in self.turns}  # nothing can depend on any other yet
         faster = moved | set(rates or ())
         changed = faster | set(second or ())
-        other._poses = {b: x for b, x in self._poses.items() if moved.isdisjoint(self.path[b])}
-        other._axes = {b: x for b, x in self._axes.items() if moved.isdisjoint(self.path[b])}
-        other._twists = {b: x for b, x in self._twists.items() if faster.isdisjoint(self.path[b])}
-        other._accels = {b: x for b, x in self._accels.items() if changed.isdisjoint(self.path[b])}
+        beyond = self._beyond(moved)
+        other._poses = {b: x for b, x in self._poses.items() if b not in beyond}
+        other._axes = {b: x for b, x in self._axes.items() if b not in beyond}
+        beyond = self._beyond(faster)
+        other._twists = {b: x for b, x in self._twists.items() if b not in beyond}
+        beyond = self._beyond(changed)
+        other._accels = {b: x for b, x in self._accels.items() if b not in beyond}
         return other
+
+    def _beyond(self, coordinates: Collection[int]) -> set[int]:
+        """The bodies that some of these coordinates carry."""
+        joints = {self.graph.coordinates[k].joint for k in coordinates}
+        found: set[int] = set()
+        if joints:
+            for far, (near, k, _) in self._steps.items():  # from the base outwards
+                if near in found or k in joints:
+                    found.add(far)
+        return found
 
     def set_rates(
         self, rates: Mapping[int, Scalar] | None = None, second: Mapping[int, Scalar] | None = None
@@ -246,7 +262,8 @@ class Circuits:
             (self._twists, rates),
             (self._accels, {**(rates or {}), **(second or {})}),
         ):
-            for body in [b for b in kept if not set(changed or ()).isdisjoint(self.path[b])]:
+            beyond = self._beyond(changed or ())
+            for body in [b for b in kept if b in beyond]:
                 del kept[body]
 
     def with_jerk(self, third: Mapping[int, Scalar]) -> Circuits:
@@ -256,6 +273,13 @@ class Circuits:
             {k: dual(rate, self.second[k]) for k, rate in self.rates.items()},
             {k: dual(rate, third[k]) for k, rate in self.second.items()},
         )
+
+    def place(self) -> None:
+        """Work out all poses that the coordinates at hand determine, for copies to share."""
+        for body, (near, k, _) in self._steps.items():  # from the base outwards
+            known = near in self._poses and body not in self._poses
+            if known and all(n in self.turns for n in self.graph.joints[k].coordinates):
+                self._pose(body)
 
     def pose(self, body: int) -> Pose:
         return self._pose(body)[0]

@@ -11,12 +11,16 @@ from dataclasses import dataclass, field, replace
 
 from parakin.algebra.spatial import IDENTITY, IDENTITY_POSE, Matrix, Pose, Vector, matrix
 from parakin.errors import InputError, nearest
+from parakin.model.cycles import edges_of, shared, total_length
 from parakin.model.dynamics import Dynamics
 from parakin.model.joints import X_TURN, Y_TURN, Z_TURN, Coordinate, GraphJoint
 from parakin.model.limits import UNLIMITED, Limit
 from parakin.model.mechanism import Mechanism
 from parakin.model.placement import snapped
 from parakin.model.units import ANGLE, LENGTH, Dimension
+
+_SHORT = 6  # joints on a loop beside the one cut: no fewer are looked for
+_LONGER = 2  # times as long as they need be: loops that are too long
 
 
 @dataclass(frozen=True)
@@ -115,10 +119,27 @@ class Graph:
 
         Otherwise it cuts the joints with most freedoms, since they close a loop with the fewest
         rows: spherical before revolute. Among equals it cuts passive before actuated joints,
-        turns before slides, those between moving bodies, and those later in the file.
+        turns before slides, those between moving bodies, and those later in the file. In a chain of
+        many loops this may make some that go all the way back to the base; if those that are on
+        the fewest of the shortest loops are cut instead, each loop concerns its neighbours alone.
         """
+        plain = self._spanning(first, second, last, {})
+        length = total_length(self.joints, plain.steps)
+        if length <= _SHORT * len(plain.cuts):
+            return plain
+        near = self._spanning(first, second, last, shared(edges_of(self.joints)))
+        return near if _LONGER * total_length(self.joints, near.steps) < length else plain
 
-        def order(k: int) -> tuple[bool, int, int, bool, bool, bool, int]:
+    def _spanning(
+        self,
+        first: Collection[int],
+        second: Collection[int],
+        last: Collection[int],
+        share: Mapping[int, int],
+    ) -> Tree:
+        """As `tree`; share: on how many of the shortest loops joints are, if that matters."""
+
+        def order(k: int) -> tuple[bool, int, int, bool, bool, int, bool, int]:
             joint = self.joints[k]
             spare = k in last or k in self.twins
             rank = 0 if k in first else 1 if k in second else 3 if spare else 2
@@ -130,6 +151,7 @@ class Graph:
                 len(joint.pairs),
                 not joint.actuated,
                 not slides,
+                -share.get(k, 0),
                 0 not in (joint.parent, joint.child),
                 k,
             )

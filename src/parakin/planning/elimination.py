@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -24,10 +24,12 @@ def eliminated(scaled: FloatArray, pattern: BoolArray) -> list[Members] | None:
     left = np.ones(pattern.shape[1], dtype=bool)
     blocks: list[Members] = []
     while left.any():
-        known = np.unique(pattern[:, left], axis=0)
-        sizes = known.sum(axis=1)
-        known = known[(sizes > 0)][np.argsort(sizes[sizes > 0], kind="stable")]
-        found = _smallest(scaled[:, left], pattern[:, left], known)
+        found, known = None, np.zeros((0, int(left.sum())), dtype=bool)
+        for sets in _known(pattern[:, left]):
+            found = _smallest(scaled[:, left], pattern[:, left], sets)
+            if found is not None:
+                break
+            known = np.vstack([known, sets])
         if found is None and len(known) > 1:
             i, j = np.triu_indices(len(known), 1)
             unions = np.unique(known[i] | known[j], axis=0)
@@ -42,6 +44,15 @@ def eliminated(scaled: FloatArray, pattern: BoolArray) -> list[Members] | None:
         blocks += _sorted(pattern, numbers, chosen)
         left[numbers] = False
     return blocks
+
+
+def _known(pattern: BoolArray) -> Iterator[BoolArray]:
+    """The sets that rows know, the smallest first: one size after the other, since it is mostly
+    among the first that something is found.
+    """
+    sizes = pattern.sum(axis=1)
+    for size in np.unique(sizes[sizes > 0]):
+        yield np.unique(pattern[sizes == size], axis=0)
 
 
 def _smallest(scaled: FloatArray, pattern: BoolArray, sets: BoolArray) -> Members | None:

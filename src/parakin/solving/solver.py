@@ -182,7 +182,7 @@ class Solver:
         return tick._replace(forces=found)
 
     def bound(self) -> Bound:
-        """The solver with arrays of its own, for one control loop, several times as fast as `at`."""
+        """The solver with arrays of its own, for one control loop: faster than `at`."""
         return Bound(self._poses)
 
     def _repr_html_(self) -> str:
