@@ -19,7 +19,7 @@ from parakin.algebra.spatial import FLOATS, Functions, Scalar, as_float
 from parakin.arrays import FloatArray
 from parakin.caching import cached_property
 
-_TOGETHER = 1024  # columns: as many as keep what is used again near the processor
+_TOGETHER = 1000  # columns: as many as keep what is used again near the processor
 
 
 def _divided(a: float, b: float) -> float:
