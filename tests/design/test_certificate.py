@@ -234,6 +234,8 @@ def test_a_pose_that_keeps_not_all_refutes_at_once() -> None:
         ({"within": {"platform.x": (0.1, -0.1)}}, "expected the lower end first"),
         ({"within": {"platform.x": (0.1, 0.2)}}, "expected the pose, at 0, in between"),
         ({"within": {"platform.x": 0.1}}, "expected two finite numbers"),
+        ({"within": {"platform.x": (0.0, [1.0, 2.0])}}, "expected a finite number"),
+        ({"within": {"platform.x": (-1e308, 1e308)}}, "expected ends below 1e"),
         ({"within": [1]}, "expected values by the names"),
         ({"within": {"platform.x": (0.0, "1 deg")}}, "found '1 deg', an angle"),
         ({"velocities": {"platform.x": "1 m"}}, "found '1 m', a length"),
@@ -269,3 +271,69 @@ def test_text_with_units_and_other_designs() -> None:
     assert found.attrs["outcome"] == "proved"
     assert np.array_equal(found["high"], other["high"])
     assert float(found["limit_high"].sel(coordinate="P1")) == 1.3
+
+
+def homothetic(yaw: float, folder: Path) -> Solver:
+    """A planar 3-RPR whose triangles are alike: singular where they are aligned, at yaw = 0."""
+    text = (Path(parakin.__file__).parent / "catalogue" / "3-rpr.toml").read_text("utf-8")
+    text = text.replace("platform = { x = 0, y = 0, yaw = 0 }", f"platform.yaw = {yaw}")
+    path = folder / "homothetic.toml"
+    path.write_text(text.replace('twist = "30 deg"', 'twist = "0 deg"'), "utf-8")
+    return parakin.compile(path, machine_code=False)
+
+
+def test_a_home_that_is_singular_measures_nothing(tmp_path: Path) -> None:
+    solver = homothetic(0.0, tmp_path)
+    within = {"platform.yaw": (-0.5, -0.1)}
+    with pytest.raises(InputError, match="home at which the actuators are singular"):
+        parakin.certify(solver, within, {"platform.yaw": -0.3})
+    with pytest.raises(InputError, match="home at which the actuators are singular"):
+        parakin.range(solver, {"platform.yaw": -0.3}, least_conditioning=0.3)
+    space = parakin.workspace(
+        solver, over=["platform.x", "platform.y"], pose={"platform.yaw": -0.3}, points=9
+    )
+    assert np.isnan(space["conditioning"]).all()
+    other = homothetic(-0.2, tmp_path)
+    assert parakin.certify(other, within, {"platform.yaw": -0.3}).outcome == "proved"
+
+
+SLIDE = """
+[joints.A{k}]
+kind = "prismatic"
+parent = "{parent}"
+child = "b{k}"
+actuated = true
+"""
+
+
+def slides(count: int, limits: str, folder: Path) -> Solver:
+    """A chain of slides."""
+    joints = "".join(SLIDE.format(k=k, parent=f"b{k - 1}" if k else "base") for k in range(count))
+    bodies = "".join(f"[bodies.b{k}]\n" for k in range(count))
+    driven = ", ".join(f'"A{k}"' for k in range(count))
+    path = folder / "slides.toml"
+    text = f'name = "slides"\ndriven = [{driven}]\n{bodies}{joints}[limits]\n{limits}\n'
+    path.write_text(text, "utf-8")
+    return parakin.compile(path, machine_code=False)
+
+
+@pytest.mark.parametrize(
+    ("limits", "told"),
+    [
+        ('["-0.5 m/s", "2 m/s"]', "A0.velocity < -0.5 m/s"),
+        ('["-0.5 m/s", "inf"]', "A0.velocity < -0.5 m/s"),
+        ('["-2 m/s", "0.5 m/s"]', "A0.velocity > 0.5 m/s"),
+    ],
+)
+def test_the_end_of_a_velocity_that_is_passed_is_named(
+    limits: str, told: str, tmp_path: Path
+) -> None:
+    solver = slides(1, f'"A0.velocity" = {limits}', tmp_path)
+    found = parakin.certify(solver, {"A0": (-1.0, 1.0)}, velocities={"A0": 1.0})
+    assert (found.attrs["outcome"], found.attrs["reason"]) == ("refuted", told)
+
+
+def test_corners_of_very_many_sides_are_not_all_looked_at(tmp_path: Path) -> None:
+    names = [f"A{k}" for k in range(20)]
+    solver = slides(20, "\n".join(f"{name} = [-1, 1]" for name in names), tmp_path)
+    assert parakin.certify(solver, dict.fromkeys(names, (-0.5, 0.5))).outcome == "proved"

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import cast
 
+import numpy as np
+
 from parakin.arrays import FloatArray
 from parakin.errors import InputError, nearest
 from parakin.model.expressions import Parameters, Value
@@ -61,6 +63,15 @@ def positions(
         dimension = dimension_of(solver, name, order)
         found[solver.driven.index(name)] = quantity(solver, value, dimension, f"{place} of {name}")
     return found
+
+
+def two_ends(solver: Solver, name: str, ends: object) -> tuple[float, float]:
+    """Both ends of what is looked at of a driven coordinate. Raises InputError."""
+    place, dimension = f"within of {name}", dimension_of(solver, name)
+    if not isinstance(ends, (tuple, list, np.ndarray)) or len(ends) != 2:
+        raise InputError(place, repr(ends), "two finite numbers")
+    low, high = (quantity(solver, end, dimension, place) for end in ends)
+    return low, high
 
 
 def check_conditioning(least: float | None) -> None:

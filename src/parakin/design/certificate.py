@@ -12,10 +12,9 @@ from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.design.asked import (
     check_conditioning,
     check_table,
-    dimension_of,
     of_design,
     positions,
-    quantity,
+    two_ends,
 )
 from parakin.design.probing import Probe
 from parakin.design.requirement import Requirement, requirement_of
@@ -28,6 +27,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 BOXES = 200_000
+_FAR = 1e100  # a number that is not meant
+_CORNERS = 12  # sides, of whose corners all are looked at
 _TOGETHER = 512  # boxes: as many as stay near the processor
 
 
@@ -100,15 +101,13 @@ def _box(solver: Solver, within: Mapping[str, tuple[Value, Value]], y: FloatArra
             raise InputError(
                 "within", f"{name!r}, which is not driven", nearest(str(name), solver.driven)
             )
-        if np.shape(ends) != (2,):
-            raise InputError(f"within of {name}", repr(ends), "two finite numbers")
-        i, dimension = solver.driven.index(name), dimension_of(solver, name)
-        box.low[i], box.high[i] = (
-            quantity(solver, end, dimension, f"within of {name}") for end in ends
-        )
+        i = solver.driven.index(name)
+        box.low[i], box.high[i] = two_ends(solver, name, ends)
+        found = f"{box.low[i]:g} to {box.high[i]:g}"
         if not box.low[i] <= box.high[i]:
-            found = f"{box.low[i]:g} to {box.high[i]:g}"
             raise InputError(f"within of {name}", found, "the lower end first")
+        if not max(-box.low[i], box.high[i]) < _FAR:
+            raise InputError(f"within of {name}", found, f"ends below {_FAR:g}")
         if not box.low[i] <= y[i] <= box.high[i]:
             raise InputError(
                 f"within of {name}",
@@ -262,11 +261,8 @@ def _looked_at(
     if not good.all():
         first = int(np.argmin(good))
         reason = requirement.reason(found, kept, first)
-    refuted = None
     broken = requirement.too_fast(found)
-    if broken.any():
-        row, part = np.argwhere(broken)[0].tolist()
-        refuted = requirement.fast.words(row, upper=True), parts.middle[:, part]
+    refuted = None if broken is None else (broken[0], parts.middle[:, broken[1]])
     return _Looked(
         float(parts.share[good].sum()),
         parts.chosen(~good),
@@ -279,7 +275,9 @@ def _looked_at(
 
 
 def _corners(box: _Box) -> FloatArray:
-    """Of the sides that are none, one end (k, n)."""
+    """Of the sides that are none, one end (k, n); of very many, two corners."""
+    if (box.low < box.high).sum() > _CORNERS:
+        return np.array(box).T
     ends = [sorted({low, high}) for low, high in zip(*map(np.ndarray.tolist, box), strict=True)]
     return np.array(list(itertools.product(*ends))).T
 

@@ -91,7 +91,7 @@ def range(
     away = positions(solver, offsets, "offsets", np.zeros(len(home)))
     demands = Demands(
         limited_efforts(solver, loads) if forces else None,
-        None if least_conditioning is None else Firmness(solver),
+        None if least_conditioning is None else Firmness(solver).check(solver),
         least_conditioning or 0.0,
     )
     start, wrong = _start(solver, y)

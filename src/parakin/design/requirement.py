@@ -67,10 +67,17 @@ class Requirement:
         slow = (most <= self.fast.high[:, None]) & (-most >= self.fast.low[:, None])
         return np.concatenate([within, (firm >= self.least)[None], slow])
 
-    def too_fast(self, found: Enclosed) -> BoolArray:
-        """Which limits of velocities no pose of n boxes keeps (rows, n)."""
+    def too_fast(self, found: Enclosed) -> tuple[str, int] | None:
+        """A limit of velocities that no pose of a box keeps, and the number of that; None if there
+        is none.
+        """
         least = self._fast(found.gentlest)
-        return (least > self.fast.high[:, None]) | (-least < self.fast.low[:, None])
+        above, below = least > self.fast.high[:, None], -least < self.fast.low[:, None]
+        broken = above | below
+        if not broken.any():
+            return None
+        row, box = np.argwhere(broken)[0].tolist()
+        return self.fast.words(row, upper=bool(above[row, box])), box
 
     def _fast(self, rates: FloatArray) -> FloatArray:
         """Of what is limited in its velocity, by rates of all rows either way (rows, n)."""
@@ -94,7 +101,9 @@ class Requirement:
         if row == m:
             return f"conditioning < {self.least:g}"
         if row > m:
-            return self.fast.words(row - m - 1, upper=True)
+            fast = row - m - 1
+            within = self._fast(found.steepest)[fast, box] <= self.fast.high[fast]
+            return self.fast.words(fast, upper=not within)
         beyond = not found.high[row, box] <= self.positions.high[row]
         upper = beyond ^ bool(self.positions.cone[row])
         return self.solver.stops.limit_words(self.positions.numbers[row], upper=upper)
@@ -103,9 +112,9 @@ class Requirement:
 def requirement_of(solver: Solver, least: float | None, speeds: FloatArray | None) -> Requirement:
     """Of a solver's limits. speeds: of driven coordinates (k,), if limits of velocities count.
 
-    Raises InputError where loops are solved by iteration.
+    Raises InputError where loops are solved by iteration, or home is singular.
     """
-    plan, firmness = solver.plan, Firmness(solver)
+    plan, firmness = solver.plan, Firmness(solver).check(solver)
     if plan.iterated:
         names = ", ".join(plan.graph.coordinates[k].name for k in plan.iterated)
         where, found = solver.mechanism.where, f"{names}, found by iteration"

@@ -136,10 +136,14 @@ def rates_at(
     return rates
 
 
+_HELD = 1e-9  # a least singular value, of rates without dimension: what is below is a singularity
+
+
 class Firmness:
     """How firmly a solver's mechanism is held: 1 at home, 0 at a singularity. The less of its
     conditioning, all that is driven being held, and of the least singular value of the actuators'
-    rates by the driven ones, if these are others.
+    rates by the driven ones, if these are others; NaN where the actuators are singular at home, by
+    which nothing can be measured then.
     """
 
     def __init__(self, solver: Solver) -> None:
@@ -152,7 +156,16 @@ class Firmness:
         y = np.array([[solver.home[name]] for name in solver.driven])
         found = np.array([plan.home[k] - plan.offset(k) for k in plan.iterated]).reshape(-1, 1)
         self.home = 1.0
-        self.home = float(self._held(self.chart, self.chart.at_rest(y, found), y)[0])
+        at_home = float(self._held(self.chart, self.chart.at_rest(y, found), y)[0])
+        self.home = at_home if abs(at_home) > _HELD else np.nan
+
+    def check(self, solver: Solver) -> Firmness:
+        """Itself. Raises InputError where nothing can be measured by home."""
+        if np.isnan(self.home):
+            found = "a home at which the actuators are singular"
+            expected = "another home, by which to measure how firmly they hold"
+            raise InputError(solver.mechanism.where, found, expected)
+        return self
 
     def _held(self, chart: Chart, out: FloatArray, y: FloatArray) -> FloatArray:
         if not self.actuated:

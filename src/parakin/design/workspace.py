@@ -13,10 +13,9 @@ from parakin.arrays import BoolArray, FloatArray
 from parakin.design.asked import (
     check_conditioning,
     check_table,
-    dimension_of,
     of_design,
     positions,
-    quantity,
+    two_ends,
 )
 from parakin.design.grids import Box, around, box_around, grid_over, widened
 from parakin.design.moving import moving
@@ -105,9 +104,12 @@ def workspace(
     efforts, unknown = efforts_if_known(solver, loads)
     if forces:
         efforts = limited_efforts(solver, loads)
+    firmness = Firmness(solver)
+    if least_conditioning is not None:
+        firmness.check(solver)
     probe = Probe(
         *(solver, numbers, poses, every, *most),
-        *(Firmness(solver), least_conditioning, efforts, bool(forces)),
+        *(firmness, least_conditioning, efforts, bool(forces)),
     )
     space = Space(solver, kind, moved, y, middle, poses)
     (wrong,) = probe.wrong(middle[None])
@@ -152,6 +154,7 @@ def _poses(
     found = []
     for number, each in enumerate(orientations, start=1):
         place = f"orientations, number {number}"
+        check_table(each, place)
         for name in each:
             if name in solver.driven and not solver.graph.is_angle(name):
                 raise InputError(place, f"{name!r}, a slide", "angles alone")
@@ -172,11 +175,8 @@ def _most(
     for name, ends in within.items():
         if name not in moved:
             raise InputError("within", f"{name!r}, which is not moved", nearest(str(name), moved))
-        place, dimension = f"within of {name}", dimension_of(solver, name)
-        if np.shape(ends) != (2,):
-            raise InputError(place, repr(ends), "two finite numbers")
         i = moved.index(name)
-        low[i], high[i] = (quantity(solver, end, dimension, place) for end in ends)
+        low[i], high[i] = two_ends(solver, name, ends)
         if not low[i] < middle[i] < high[i]:
             raise InputError(
                 f"within of {name}", f"{low[i]:g} to {high[i]:g}", "ends on both sides of the pose"

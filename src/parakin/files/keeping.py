@@ -26,11 +26,11 @@ _OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
 def folder() -> Path | None:
     """Where entries are; None if nothing is to be kept."""
-    told = os.environ.get(VARIABLE, "")
+    told = os.environ.get(VARIABLE, "").strip()
     if told.lower() == "off":
         return None
     if told:
-        return Path(told)
+        return Path(os.path.expanduser(told))
     try:
         home = Path.home()
     except RuntimeError:  # nobody's
