@@ -40,7 +40,7 @@ def test_a_scissor_lift_is_so_many_times_as_high_as_its_first_stage(
     points = (solver.graph.points[f"p{stages}.T"],)
     outputs = Outputs((), derivatives=2, checks=False, points=points)
     found = np.empty((outputs.count, 50))
-    kernel = make_kernel(solver.plan, outputs, machine_code=True, steps=1)
+    kernel = make_kernel(solver.plan, outputs, machine_code=solver.machine_code, steps=1)
     kernel(np.array(driven), found, False)
     expected = scissor_lift.top(stages, *slide)
     for row, exact in zip((HEIGHT, SPEED, CHANGE), expected, strict=True):
