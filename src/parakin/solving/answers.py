@@ -160,14 +160,14 @@ class Answers:
         elif stopped is not None:
             number, excess = int(stopped.number[0]), float(stopped.excess[0])
         position, velocity, acceleration, jerk = self.reported_rows
-        guesses, labels = self.guesses, self.labels
+        guesses, labels, none = self.guesses, self.labels, out[:0]
         return Tick._make(  # in the order of its fields: by name it takes twice as long
             (
                 *(out[position], out[velocity], out[acceleration]),
-                *(status, residual, conditioning, out[jerk]),
-                out[self.layout.iterated[0]] if guesses.hidden else out[:0],
+                *(status, residual, conditioning, out[jerk] if jerk.stop else none),
+                out[self.layout.iterated[0]] if guesses.hidden else none,
                 *(labels.coordinates, labels.units, number, excess, labels.stops),
-                out[guesses.turning] if len(guesses.turning) else out[:0],
+                out[guesses.turning] if len(guesses.turning) else none,
                 *(None, None, False),
             )
         )

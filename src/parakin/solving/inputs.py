@@ -85,7 +85,10 @@ def _stacked_alone(count: int, parts: Sequence[object]) -> FloatArray | None:
 def all_bounded(*numbers: FloatArray) -> bool:
     """Whether all are numbers, and none so large that accelerations might overflow."""
     if numbers[0].ndim == 1:
-        return all(math.hypot(*some.tolist()) < WILD for some in numbers)  # false of NaN
+        for some in numbers:  # noqa: SIM110  # a generator would take as long as the rest
+            if not math.hypot(*some.tolist()) < WILD:  # true of NaN
+                return False
+        return True
     with np.errstate(over="ignore", invalid="ignore"):
         for some in numbers:
             flat = some.ravel()
@@ -123,7 +126,7 @@ class Guesses:
         """A guess in parts. Raises InputError where it does not fit poses of this shape."""
         tick = guess if isinstance(guess, Tick) else None
         n = self.layout.reported
-        if isinstance(guess, np.ndarray) and guess.shape == (n, *shape) and not self.hidden:
+        if type(guess) is np.ndarray and guess.shape == (n, *shape) and not self.hidden:
             return Start(guess, guess[self.layout.iterated[0]] if self.iterated else guess[:0])
         position = _numbers(guess, "guess") if tick is None else self._defined(tick)  # type: ignore[arg-type]
         if position.shape not in ((n,), (n, *shape)):
