@@ -14,6 +14,7 @@ from parakin.errors import InputError, nearest
 from parakin.kernel.backends import Kernel, compiled, input_count
 from parakin.kernel.designs import SensitivityRows
 from parakin.kernel.outputs import Outputs
+from parakin.solving import columns
 from parakin.solving.inputs import stacked
 from parakin.solving.locks import begun_at, locks_of
 from parakin.solving.status import SOLVED, are
@@ -132,9 +133,7 @@ class Asked(NamedTuple):
         return Asked(kernel, inputs, rows.seeds * (len(outputs.coordinates) + 1))
 
     def run(self) -> FloatArray:
-        out = np.empty((self.rows, self.inputs.shape[1]))
-        self.kernel(self.inputs, out, False)
-        return out
+        return columns.run(self.kernel, self.inputs, self.rows)
 
 
 def _made(chart: Chart, rows: SensitivityRows) -> Kernel:

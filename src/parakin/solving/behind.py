@@ -11,7 +11,6 @@ from parakin.arrays import FloatArray, IndexArray
 from parakin.errors import InputError
 from parakin.motion.motion import Samples
 from parakin.solving.charts import Chart
-from parakin.solving.columns import SPREAD
 from parakin.solving.forces import Asked, Forces
 from parakin.solving.locks import Locks, begun_at
 from parakin.solving.status import SINGULAR, SOLVED, are
@@ -54,7 +53,7 @@ def forces_behind(
         found,
         mechanics.loads(None, n, loads),
         angles,
-        parallel and n >= SPREAD,
+        parallel,
     )
     solved = are(SOLVED, np.atleast_1d(np.asarray(tick.status)))
     solved &= out[rows.regular] >= SINGULAR**2  # else solved on another chart

@@ -15,6 +15,7 @@ from parakin.kernel.outputs import Outputs
 from parakin.model.graph import Graph
 from parakin.motion.motion import Samples
 from parakin.planning.plan import Plan
+from parakin.solving import columns
 
 Points = dict[str, tuple[int, Vector]]
 
@@ -56,6 +57,5 @@ class Figures:
     def at(self, samples: Samples, found: FloatArray, parallel: bool) -> FloatArray:
         """`POINT` figures a point, (rows, n); `found` are the iterated coordinates (m, n)."""
         driven = (samples.position, samples.velocity, samples.acceleration)
-        figures = np.empty((self.rows, len(samples.time)))
-        self.kernel(np.concatenate([*driven, found]), figures, parallel)
-        return figures
+        inputs = np.concatenate([*driven, found])
+        return columns.run(self.kernel, inputs, self.rows, parallel=parallel)

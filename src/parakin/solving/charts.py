@@ -90,7 +90,7 @@ class Chart:
             self.kernel(inputs, out, False)
             return out
         alone = inputs[:, None]
-        return columns.run(self.kernel, alone, count, lanes=self.lanes, parallel=False)[:, 0]
+        return columns.run(self.kernel, alone, count, lanes=self.lanes)[:, 0]
 
     @cached_property
     def lanes(self) -> int:
@@ -154,9 +154,8 @@ class Chart:
         make = partial(make_kernel, self.plan, outputs, machine_code=self.machine_code, steps=1)
         kernel = self.kept((asked, reference), make)
         driven = (samples.position, samples.velocity, samples.acceleration)
-        out = np.empty((outputs.count, len(samples.time)))
-        kernel(np.concatenate([*driven, found, loads, angles]), out, parallel)
-        return out
+        inputs = np.concatenate([*driven, found, loads, angles])
+        return columns.run(kernel, inputs, outputs.count, parallel=parallel)
 
     def kept(self, key: tuple[object, ...], make: Callable[[], T]) -> T:
         """What is made of this chart, once, since it takes a while to compile."""

@@ -13,7 +13,7 @@ _ALIKE = 512  # columns: rows that are a multiple of these apart share their pla
 
 
 def run(
-    kernel: Kernel, inputs: FloatArray, count: int, *, lanes: int, parallel: bool
+    kernel: Kernel, inputs: FloatArray, count: int, *, lanes: int = 1, parallel: bool = False
 ) -> FloatArray:
     """`count` outputs (count, n) of inputs (rows, n). lanes: how many columns have to be computed
     together, as rounding would differ in those left over.

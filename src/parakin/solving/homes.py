@@ -177,7 +177,7 @@ class Homes:
     def _once(self, inputs: FloatArray) -> FloatArray:
         """Outputs (rows, n), in whole vectors: a column is rounded as it is in any batch."""
         count = self._outputs.count + len(self.rows.also)
-        return columns.run(self._kernel, inputs, count, lanes=LANES, parallel=False)
+        return columns.run(self._kernel, inputs, count, lanes=LANES)
 
     def _unwind(self, out: FloatArray, before: FloatArray, h: FloatArray) -> None:
         """Count the full turns of angles on from a step before; a kernel knows none."""
