@@ -346,3 +346,8 @@ def test_every_test_that_the_paper_page_names_exists() -> None:
     for path, test in named:
         within = [sources[Path(path)]] if path else list(sources.values())
         assert any(f"def {test}(" in source for source in within), test
+
+
+def test_what_is_cited_is_this_version() -> None:
+    cited = (ROOT / "CITATION.cff").read_text("utf-8")
+    assert f"\nversion: {parakin.__version__}\n" in cited
