@@ -86,8 +86,8 @@ void simulator(long n, const double *restrict in, double *restrict out)
 
         /* E: where the circle of its crank meets the rod's line */
         const double px = x - %(D2)r, beside = px * s - y * c;
-        const double root = sqrt(other * other - beside * beside), iroot = %(side)s / root;
-        const double rest = px * c + y * s - %(side)s * root;
+        const double root = sqrt(other * other - beside * beside), iroot = 1.0 / root;
+        const double rest = px * c + y * s - root;
         const double ex = px - rest * c, ey = y - rest * s;
         const double kx = xd + rest * turn * s, ky = yd - rest * turn * c;
         const double e_d = (ky * c - kx * s) * iroot, rest_d = (kx * ex + ky * ey) * iroot;
@@ -128,7 +128,7 @@ def build_by_hand() -> Callable[[Floats, Floats], None] | None:
         return None
     with tempfile.TemporaryDirectory() as folder:
         source, library = Path(folder, "simulator.c"), Path(folder, "simulator.so")
-        source.write_text(SOURCE % (vars(baselines) | {"side": "1.0"}))
+        source.write_text(SOURCE % vars(baselines))
         subprocess.run([*COMPILE, str(source), "-o", str(library), "-lm"], check=True)
         kernel = ctypes.CDLL(str(library)).simulator
     kernel.argtypes = [ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]

@@ -117,7 +117,7 @@ class Centred:
         return Centred(value, rate, middle, self.radius)
 
     def __neg__(self) -> Centred:
-        return self._like(-self.value, _negated(self.rate), -self.middle)
+        return self._like(-self.value, sub(0.0, self.rate), -self.middle)
 
     def __add__(self, other: Any) -> Any:
         value, rate, middle = _parts(other)
@@ -172,10 +172,6 @@ def _parts(a: Any) -> tuple[Any, Any, Any]:
 def parts(a: Any) -> tuple[Any, Any]:
     """Value and rates."""
     return _parts(a)[:2]
-
-
-def _negated(a: Any) -> Any:
-    return sub(0.0, a)
 
 
 def _down(a: FloatArray) -> FloatArray:

@@ -26,6 +26,13 @@ def check_table(given: object, place: str) -> None:
         raise InputError(place, repr(given), "values by the names of driven coordinates")
 
 
+def check_driven(solver: Solver, name: str, place: str) -> None:
+    """Raises InputError on the name of anything but a driven coordinate."""
+    if name not in solver.driven:
+        expected = nearest(str(name), solver.driven)
+        raise InputError(place, f"{name!r}, which is not driven", expected)
+
+
 def quantity(solver: Solver, value: object, dimension: Dimension, place: str) -> float:
     """A number in SI, given as one or as text with a unit. Raises InputError."""
     if isinstance(value, str):
@@ -57,9 +64,7 @@ def positions(
         return found
     check_table(given, place)
     for name, value in given.items():
-        if name not in solver.driven:
-            expected = nearest(str(name), solver.driven)
-            raise InputError(place, f"{name!r}, which is not driven", expected)
+        check_driven(solver, name, place)
         dimension = dimension_of(solver, name, order)
         found[solver.driven.index(name)] = quantity(solver, value, dimension, f"{place} of {name}")
     return found

@@ -11,6 +11,7 @@ import numpy as np
 from parakin.arrays import BoolArray, FloatArray, IndexArray
 from parakin.design.asked import (
     check_conditioning,
+    check_driven,
     check_table,
     of_design,
     positions,
@@ -18,7 +19,7 @@ from parakin.design.asked import (
 )
 from parakin.design.probing import Probe
 from parakin.design.requirement import Requirement, requirement_of
-from parakin.errors import InputError, nearest
+from parakin.errors import InputError
 from parakin.model.expressions import Value
 from parakin.solving.inputs import refuse_lean
 from parakin.solving.solver import Solver
@@ -97,10 +98,7 @@ def _box(solver: Solver, within: Mapping[str, tuple[Value, Value]], y: FloatArra
         raise InputError("within", "no coordinate", "low and high of at least one")
     box = _Box(y.copy(), y.copy())
     for name, ends in within.items():
-        if name not in solver.driven:
-            raise InputError(
-                "within", f"{name!r}, which is not driven", nearest(str(name), solver.driven)
-            )
+        check_driven(solver, name, "within")
         i = solver.driven.index(name)
         box.low[i], box.high[i] = two_ends(solver, name, ends)
         found = f"{box.low[i]:g} to {box.high[i]:g}"

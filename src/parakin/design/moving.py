@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from parakin.design.asked import check_driven
 from parakin.errors import InputError, nearest
 from parakin.solving.solver import Solver
 
@@ -63,9 +64,7 @@ def _by_default(solver: Solver, kind: str | None) -> tuple[str, ...]:
 
 def _check_names(solver: Solver, names: tuple[str, ...]) -> None:
     for name in names:
-        if name not in solver.driven:
-            found = f"{name!r}, which is not driven"
-            raise InputError("over", found, nearest(str(name), solver.driven))
+        check_driven(solver, name, "over")
     if len(set(names)) != len(names):
         raise InputError("over", "a coordinate twice", "each once")
 
