@@ -185,20 +185,9 @@ def _add_simulate(commands: _Commands) -> None:
         help="actuators without efforts of their own keep those that hold the start",
     )
     for name, what in (("start", "position"), ("velocity", "rate")):
-        simulate.add_argument(
-            f"--{name}",
-            metavar="NAME=VALUE",
-            action="append",
-            default=[],
-            help=f"{what} of a driven coordinate to begin with",
-        )
-    simulate.add_argument(
-        "--load",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="another mass of a payload, by its name ('payload' of --payload)",
-    )
+        add_settings(simulate, f"--{name}", f"{what} of a driven coordinate to begin with")
+    load = "another mass of a payload, by its name ('payload' of --payload)"
+    add_settings(simulate, "--load", load)
     simulate.add_argument("--method", choices=("dop853", "radau", "taylor"), default="dop853")
     simulate.add_argument("--rtol", metavar="PART", type=number, help="tolerance (1e-9)")
     simulate.add_argument("--end-at-limits", action="store_true", help="tell nothing beyond")
@@ -217,13 +206,8 @@ def _add_view(commands: _Commands) -> None:
     view = commands.add_parser("view", help="see a mechanism move in the browser")
     add_mechanism(view)
     view.add_argument("motions", metavar="MOTION", nargs="*", help="motions in TOML or CSV files")
-    view.add_argument(
-        "--mesh",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help="a mesh that the mechanism's file names; no other is read",
-    )
+    mesh = "a mesh that the mechanism's file names; no other is read"
+    add_settings(view, "--mesh", mesh, metavar="FILE")
     add_payload(view)
     view.add_argument("--host", metavar="ADDRESS", default="127.0.0.1", help="address to serve at")
     view.add_argument("--port", metavar="N", type=int, default=8080, help="port to serve at (8080)")
@@ -277,14 +261,11 @@ def _add_forces(command: argparse.ArgumentParser) -> None:
 
 
 def _add_preload(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--preload",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="effort that redundant actuators are to be near, e.g. --preload 'P1=200 N'; "
-        "--preload none for the least efforts",
+    text = (
+        "effort that redundant actuators are to be near, e.g. --preload 'P1=200 N'; "
+        "--preload none for the least efforts"
     )
+    add_settings(command, "--preload", text)
 
 
 def _add_motion(command: argparse.ArgumentParser) -> None:

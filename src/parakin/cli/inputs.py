@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from parakin.cli.streams import tell, waiting
-from parakin.errors import InputError, nearest
+from parakin.errors import InputError
 
 if TYPE_CHECKING:
     from parakin.model.graph import Graph
@@ -120,10 +120,10 @@ def of_driven(
 
 def check_driven(solver: Solver, names: Iterable[str], option: str) -> None:
     """Raises InputError on names of anything but driven coordinates."""
+    from parakin.design import asked
+
     for name in names:
-        if name not in solver.driven:
-            found = f"{name!r}, which is not driven"
-            raise InputError(option, found, nearest(name, solver.driven))
+        asked.check_driven(solver, name, option)
 
 
 def within(solver: Solver, settings: Sequence[str], option: str) -> dict[str, tuple[float, float]]:

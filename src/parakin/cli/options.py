@@ -30,13 +30,8 @@ def add_least_conditioning(command: argparse.ArgumentParser) -> None:
 
 
 def add_payload(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--payload",
-        metavar="TEXT",
-        action="append",
-        default=[],
-        help="a mass on a body, e.g. --payload '80 kg at seat'",
-    )
+    text = "a mass on a body, e.g. --payload '80 kg at seat'"
+    add_settings(command, "--payload", text, metavar="TEXT")
 
 
 def add_driven(
@@ -53,10 +48,4 @@ def add_mechanism(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--loops", metavar="FILE", help="YAML file that specifies the loops of a URDF"
     )
-    command.add_argument(
-        "--set",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="override a parameter, e.g. --set d1=0.42 or --set 'd1=420 mm'",
-    )
+    add_settings(command, "--set", "override a parameter, e.g. --set d1=0.42 or --set 'd1=420 mm'")

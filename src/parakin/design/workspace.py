@@ -101,9 +101,9 @@ def workspace(
     most = _most(solver, moved, middle, {} if within is None else within)
     count, shape = _count(points, len(moved)), _proportions(moved, proportions)
     every = kind != "reachable"
-    efforts, unknown = efforts_if_known(solver, loads)
-    if forces:
-        efforts = limited_efforts(solver, loads)
+    efforts, unknown = (
+        (limited_efforts(solver, loads), "") if forces else efforts_if_known(solver, loads)
+    )
     firmness = Firmness(solver)
     if least_conditioning is not None:
         firmness.check(solver)
